@@ -44,6 +44,7 @@ struct Answer {
     nlohmann::json head = nlohmann::json::object();
     std::vector<Array> arrays{};
     std::shared_ptr<void> keep{};
+    int descriptor = -1; ///< of a file that the client gets, over a Unix socket; -1: none
 };
 
 /// A field whose value the call reads by itself, such as the keys of a section.

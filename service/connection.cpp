@@ -12,7 +12,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <new>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,8 +27,6 @@ using nlohmann::json;
 constexpr std::size_t most_at_once = 1 << 16;
 /// Messages that a client may leave unread before nothing more is read of it.
 constexpr std::size_t most_unread = 256;
-/// Time that a client has to read the last message and to end the connection.
-constexpr std::chrono::seconds farewell{1};
 /// Shortest time between two progress events.
 constexpr std::chrono::milliseconds progress_period{200};
 
@@ -43,16 +43,25 @@ Outgoing error_message(std::uint32_t id, const Failure& failure) {
 }
 
 /// Parts of the message behind its first `sent` bytes; at most as many as one call sends.
-std::vector<iovec> parts_of(Outgoing& message, std::size_t sent) {
+std::vector<iovec> parts_of(const Outgoing& message, std::size_t sent) {
     std::vector<iovec> parts;
-    const auto add = [&](void* data, std::size_t bytes) {
-        const std::size_t skipped = std::min(sent, bytes);
+    const auto add = [&](std::span<const std::byte> bytes) {
+        const std::size_t skipped = std::min(sent, bytes.size());
         sent -= skipped;
-        if (skipped < bytes) parts.push_back({static_cast<char*>(data) + skipped, bytes - skipped});
+        bytes = bytes.subspan(skipped);
+        // sendmsg() takes the parts as writable, and only reads them.
+        if (!bytes.empty()) parts.push_back({const_cast<std::byte*>(bytes.data()), bytes.size()});
     };
-    add(message.start.data(), message.start.size());
-    for (Array& array : message.arrays)
-        add(array.values.data(), array.values.size() * sizeof(float));
+    add(std::as_bytes(std::span(message.start)));
+    static constexpr std::byte zeros[8]{};
+    std::uint64_t offset = 0;
+    for (const Array& array : message.arrays) {
+        const std::span<const std::byte> bytes = bytes_of(array);
+        const std::size_t between = padding(offset);
+        add(std::span(zeros).first(between));
+        add(bytes);
+        offset += between + bytes.size();
+    }
     constexpr std::size_t most_parts = 64;
     parts.resize(std::min(parts.size(), most_parts));
     return parts;
@@ -98,7 +107,8 @@ private:
     Clock::time_point begun_ = Clock::now(), told_ = begun_;
 };
 
-Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, std::function<void()> wake)
+Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, const Access& access,
+                       std::function<void()> wake)
     : limits_(limits),
       host_(host),
       wake_(std::move(wake)),
@@ -110,6 +120,7 @@ Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, 
               all.push_back(std::move(call));
           return all;
       }()),
+      access_(access),
       thread_([this] { run_jobs(); }) {}
 
 Connection::~Connection() {
@@ -120,7 +131,7 @@ Connection::~Connection() {
 short Connection::events() const {
     const std::lock_guard lock(mutex_);
     int events = POLLRDHUP;
-    if (out_.size() < most_unread) events |= POLLIN;
+    if (out_.size() < most_unread && !held_) events |= POLLIN;
     if (!out_.empty()) events |= POLLOUT;
     return static_cast<short>(events);
 }
@@ -137,6 +148,14 @@ void Connection::serve(short events) {
 void Connection::look_at(Clock::time_point now) {
     if (ends_) {
         if (now >= *ends_) hang_up();
+        return;
+    }
+    if (held_) {
+        if (now < held_->until) return;
+        Held held = std::move(*held_);
+        held_.reset();
+        answer_failure(held.id, [&] { begin(find_call(calls_, "hello"), held.id, std::move(held.request)); });
+        take_messages();
         return;
     }
     if (begun_ && now - *begun_ > limits_.message_ms)
@@ -162,7 +181,7 @@ void Connection::receive() {
 void Connection::take_messages() {
     std::size_t at = 0;
     try {
-        while (!ends_ && input_.size() - at >= Frame::bytes) {
+        while (!ends_ && !held_ && input_.size() - at >= Frame::bytes) {
             const std::string_view rest = std::string_view(input_).substr(at);
             const Frame frame = read_frame(rest, limits_);
             const std::size_t bytes = Frame::bytes + frame.head_bytes + frame.body_bytes;
@@ -186,7 +205,7 @@ void Connection::take_messages() {
 }
 
 void Connection::take_request(std::uint32_t id, const std::string& text) {
-    try {
+    answer_failure(id, [&] {
         json request = read_head(text, limits_);
         const auto name = request.find("call");
         if (name == request.end() || !name->is_string()) {
@@ -195,20 +214,36 @@ void Connection::take_request(std::uint32_t id, const std::string& text) {
             throw failure;
         }
         const Call& call = find_call(calls_, name->get_ref<const std::string&>());
-        if (!greeted_ && call.name != "hello")
+        if (!greeted_ && call.name != "hello" && call.name != "challenge")
             throw Failure(FailureCode::no_hello, "the first request of a connection is hello");
-        if (call.permission > permission_)
-            throw Failure(FailureCode::forbidden,
-                          fmt::format("{} needs the permission \"{}\"", call.name, name_of(call.permission)));
-        if (call.overtakes) return run_now(call, id, request);
-        auto job = std::make_shared<Job>(*this, id, call, std::move(request));
-        {
-            const std::lock_guard lock(mutex_);
-            if (waiting_.size() >= limits_.requests)
-                throw Failure(FailureCode::busy, fmt::format("{} requests wait already", limits_.requests));
-            waiting_.push_back(std::move(job));
+        const bool proves = call.name == "hello" && access_.tokens != nullptr && request.contains("proof");
+        const Clock::time_point now = Clock::now();
+        if (proves && access_.tokens->delay(now).count() > 0) {
+            held_ = Held{now + access_.tokens->delay(now), id, std::move(request)};
+            return;
         }
-        changed_.notify_all();
+        begin(call, id, std::move(request));
+    });
+}
+
+void Connection::begin(const Call& call, std::uint32_t id, json request) {
+    if (call.permission > access_.permission.value_or(Permission::view))
+        throw Failure(FailureCode::forbidden,
+                      fmt::format("{} needs the permission \"{}\"", call.name, name_of(call.permission)));
+    if (call.overtakes) return run_now(call, id, request);
+    auto job = std::make_shared<Job>(*this, id, call, std::move(request));
+    {
+        const std::lock_guard lock(mutex_);
+        if (waiting_.size() >= limits_.requests)
+            throw Failure(FailureCode::busy, fmt::format("{} requests wait already", limits_.requests));
+        waiting_.push_back(std::move(job));
+    }
+    changed_.notify_all();
+}
+
+void Connection::answer_failure(std::uint32_t id, const std::function<void()>& work) {
+    try {
+        work();
     } catch (const Failure& failure) {
         queue(error_message(id, failure));
     } catch (const std::bad_alloc&) {
@@ -233,6 +268,16 @@ void Connection::send() {
         msghdr message{};
         message.msg_iov = parts.data();
         message.msg_iovlen = parts.size();
+        alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))]{};
+        if (sent_ == 0 && out_.front().descriptor >= 0) {
+            message.msg_control = control;
+            message.msg_controllen = sizeof control;
+            cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+            rights->cmsg_level = SOL_SOCKET;
+            rights->cmsg_type = SCM_RIGHTS;
+            rights->cmsg_len = CMSG_LEN(sizeof(int));
+            std::memcpy(CMSG_DATA(rights), &out_.front().descriptor, sizeof(int));
+        }
         const ssize_t bytes = ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (bytes < 0) return; // a broken connection is an event of its own
         sent_ += static_cast<std::size_t>(bytes);
@@ -291,13 +336,20 @@ void Connection::run_jobs() {
     wake_();
 }
 
-Outgoing Connection::run(Job& job) const {
+Outgoing Connection::run(Job& job) {
     try {
         if (job.stop) throw cancelled();
         Answer answer = bind(job.call, job.request).run(job);
+        if (ring_ && !answer.arrays.empty())
+            if (const auto place = ring_->write(job.id, answer.arrays)) {
+                answer.head["memory"] = {{"slot", place->slot}, {"sequence", place->sequence}};
+                answer.head["arrays"] = list_arrays(answer.arrays);
+                answer.arrays.clear();
+            }
         Outgoing message =
             make_message(MessageKind::answer, job.id, std::move(answer.head), std::move(answer.arrays));
         message.keep = std::move(answer.keep);
+        message.descriptor = answer.descriptor;
         return message;
     } catch (const Failure& failure) {
         return error_message(job.id, failure);
@@ -322,25 +374,6 @@ std::size_t Connection::cancel(std::uint32_t id) {
     return found;
 }
 
-Answer Connection::hello_answer() const {
-    json limits = session_->limits();
-    limits["clients"] = limits_.clients;
-    limits["head_bytes"] = limits_.head_bytes;
-    limits["body_bytes"] = limits_.body_bytes;
-    limits["head_depth"] = limits_.head_depth;
-    limits["requests"] = limits_.requests;
-    // FNV-1a of the table: clients see whether it is the one that they were written for.
-    std::uint64_t hash = 0xCBF29CE484222325U;
-    for (const char c : describe(calls_).dump())
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
-    return {{{"server", "obscura"},
-             {"version", host_.version()},
-             {"protocol", protocol_version},
-             {"api", fmt::format("{:016x}", hash)},
-             {"permission", name_of(permission_)},
-             {"limits", std::move(limits)}}};
-}
-
 Answer Connection::status() const {
     const std::lock_guard lock(mutex_);
     json head{{"waiting", waiting_.size()}};
@@ -351,93 +384,6 @@ Answer Connection::status() const {
         head["total"] = current_->total.load();
     }
     return {std::move(head)};
-}
-
-namespace {
-
-struct Hello {
-    std::uint32_t least = protocol_version, most = protocol_version;
-    std::string client;
-
-    Fields fields() {
-        return {
-            {config::key("protocol_min", &least).range(0, 255).help("Oldest version that the client speaks"),
-             config::key("protocol_max", &most).range(0, 255).help("Newest version that the client speaks"),
-             config::key("client", &client).help("Name and version of the client, for messages")}};
-    }
-};
-
-struct Cancel {
-    std::uint32_t request = 0;
-
-    Fields fields() {
-        return {{config::key("request", &request)
-                     .help("Number of the request, as its message had it; 0: all of the connection")}};
-    }
-};
-
-} // namespace
-
-Calls Connection::own_calls() {
-    Calls calls{
-        call<Hello>("hello", Permission::view,
-                    "Begins a connection: agrees on the version of the protocol. The first request.",
-                    [this](const Hello& hello, Work& /*work*/) {
-                        if (hello.least > protocol_version || hello.most < protocol_version) {
-                            Failure failure(FailureCode::no_hello,
-                                            fmt::format("versions {} to {} of the protocol, allowed {}",
-                                                        hello.least, hello.most, protocol_version));
-                            failure.field = "protocol_min";
-                            failure.allowed = fmt::format("{}", protocol_version);
-                            throw failure;
-                        }
-                        greeted_ = true;
-                        return hello_answer();
-                    }),
-        call<NoArguments>("describe", Permission::view,
-                          "Lists the calls with their fields, and the keys of scenes.",
-                          [this](const NoArguments&, Work& /*work*/) {
-                              Answer answer{session_->description()};
-                              answer.head["calls"] = describe(calls_);
-                              return answer;
-                          }),
-        call<NoArguments>(
-            "status", Permission::view,
-            "Tells what the connection's request in progress is, and how far. Does not wait for it.",
-            [this](const NoArguments&, Work& /*work*/) { return status(); }),
-        call<Cancel>(
-            "cancel", Permission::view,
-            "Cancels a request, which is answered with the error \"cancelled\". Does not wait for others.",
-            [this](const Cancel& arguments, Work& /*work*/) {
-                return Answer{{{"cancelled", cancel(arguments.request)}}};
-            }),
-        call<NoArguments>("close", Permission::view,
-                          "Ends the connection; what is in progress or waits is cancelled.",
-                          [this](const NoArguments&, Work& /*work*/) {
-                              (void)cancel(0);
-                              ends_ = Clock::now() + farewell;
-                              return Answer{};
-                          }),
-    };
-    for (Call& call : calls)
-        call.overtakes = call.name != "describe";
-    calls[0].lenient = true;
-    calls[0].results = {
-        {"server", "string", "", "\"obscura\""},
-        {"version", "string", "", "Version of the server"},
-        {"protocol", "integer", "", "Version of the protocol that is spoken"},
-        {"api", "string", "", "Hash of the table of calls"},
-        {"permission", "string", "", "What the connection may do: view, operate, scene or admin"},
-        {"limits", "map", "", "Largest messages, pictures and numbers of requests and clients"}};
-    calls[1].results = {{"calls", "array of maps", "", "Rows: name, help, permission, fields, results"},
-                        {"sections", "array of maps", "", "Tables of scenes: heading, help, keys"}};
-    calls[2].results = {{"waiting", "integer", "", "Requests that wait"},
-                        {"call", "string", "", "Name of the request in progress; missing: none is"},
-                        {"request", "integer", "", "Its number"},
-                        {"done", "integer", "", "Parts of it that are done"},
-                        {"total", "integer", "", "Parts of it"}};
-    calls[3].results = {{"cancelled", "integer", "", "Requests that were found"}};
-    return calls;
 }
 
 } // namespace obscura::service

@@ -6,6 +6,8 @@
 #include "service/limits.hpp"
 #include "service/message.hpp"
 #include "service/session.hpp"
+#include "service/shared_ring.hpp"
+#include "service/tokens.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -30,7 +32,8 @@ public:
     using Clock = std::chrono::steady_clock;
 
     /// `wake` is called on the connection's thread when there is something to send. `host` outlives this.
-    Connection(FileDescriptor socket, const Limits& limits, Host& host, std::function<void()> wake);
+    Connection(FileDescriptor socket, const Limits& limits, Host& host, const Access& access,
+               std::function<void()> wake);
     /// Waits for the call in progress.
     ~Connection();
     Connection(const Connection&) = delete;
@@ -52,10 +55,18 @@ public:
 
 private:
     class Job;
+    /// Time that a client has to read the last message and to end the connection.
+    static constexpr std::chrono::seconds farewell{1};
 
     void receive();
     void take_messages();
     void take_request(std::uint32_t id, const std::string& text);
+    /// Runs `call`, or lets it wait in its turn. Throws Failure.
+    void begin(const Call& call, std::uint32_t id, nlohmann::json request);
+    /// Takes the proof of a hello. Throws Failure.
+    void prove(const std::string& proof);
+    /// Calls `work`; what it throws is answered.
+    void answer_failure(std::uint32_t id, const std::function<void()>& work);
     void run_now(const Call& call, std::uint32_t id, const nlohmann::json& request);
     void send();
     void hang_up();
@@ -63,7 +74,8 @@ private:
     void end_with(std::uint32_t id, const Failure& failure);
     void queue(Outgoing message);
     void run_jobs();
-    [[nodiscard]] Outgoing run(Job& job) const;
+    [[nodiscard]] Outgoing run(Job& job);
+    [[nodiscard]] Answer open_memory(std::size_t slots, std::uint64_t bytes);
     [[nodiscard]] Calls own_calls();
     [[nodiscard]] Answer hello_answer() const;
     [[nodiscard]] Answer status() const;
@@ -76,7 +88,15 @@ private:
     FileDescriptor socket_;
     const std::unique_ptr<Session> session_;
     const Calls calls_;
-    const Permission permission_ = Permission::scene;
+    Access access_;
+    std::string challenge_; ///< that the next hello proves its token with; empty: none
+    /// A hello that has to wait; nothing more is read meanwhile.
+    struct Held {
+        Clock::time_point until;
+        std::uint32_t id;
+        nlohmann::json request;
+    };
+    std::optional<Held> held_;
 
     std::string input_;
     std::optional<Clock::time_point> begun_; ///< of the message whose first bytes are in input_
@@ -84,6 +104,8 @@ private:
     bool greeted_ = false;
     /// Nothing is read as requests any more; the connection ends when the client ends it, or then.
     std::optional<Clock::time_point> ends_;
+
+    std::shared_ptr<SharedRing> ring_; ///< of the thread that runs calls; null: the client wants none
 
     mutable std::mutex mutex_; ///< of what follows
     std::condition_variable changed_;

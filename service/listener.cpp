@@ -10,14 +10,18 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <climits>
 #include <cstdint>
 #include <cstring>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace obscura::service {
 namespace {
@@ -29,7 +33,7 @@ constexpr int socket_flags = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK;
     throw HardwareError(fmt::format("{}: {}", address, why));
 }
 
-sockaddr_in parse(const std::string& text) {
+sockaddr_in parse(const std::string& text, bool needs_token) {
     const std::size_t colon = text.rfind(':');
     const std::string host = text.substr(0, colon);
     std::uint16_t port = 0;
@@ -43,12 +47,11 @@ sockaddr_in parse(const std::string& text) {
         ::inet_pton(AF_INET, host == "localhost" ? "127.0.0.1" : host.c_str(), &address.sin_addr) != 1)
         throw Error(exit_usage,
                     fmt::format("{}: no address, allowed ADDRESS:PORT such as 127.0.0.1:5152", text));
-    // Clients do not say who they are.
-    if (ntohl(address.sin_addr.s_addr) >> 24 != IN_LOOPBACKNET)
+    if (!needs_token && ntohl(address.sin_addr.s_addr) >> 24 != IN_LOOPBACKNET)
         throw Error(
             exit_usage,
-            fmt::format("{}: only addresses of the loopback interface are allowed (127.0.0.1), because "
-                        "clients are not identified; from another machine: ssh -L {}:127.0.0.1:{} HOST",
+            fmt::format("{}: only addresses of the loopback interface are allowed (127.0.0.1) without "
+                        "--token-file; from another machine: ssh -L {}:127.0.0.1:{} HOST",
                         text, port, port));
     return address;
 }
@@ -64,8 +67,8 @@ Listener::~Listener() {
     std::filesystem::remove(file_, error);
 }
 
-Listener Listener::tcp(const std::string& text) {
-    sockaddr_in address = parse(text);
+Listener Listener::tcp(const std::string& text, bool needs_token) {
+    sockaddr_in address = parse(text, needs_token);
     FileDescriptor socket(::socket(AF_INET, socket_flags, 0));
     const int on = 1;
     ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -100,6 +103,20 @@ Listener Listener::unix_socket(const std::filesystem::path& path) {
         ::listen(socket.get(), waiting_clients) != 0)
         refuse(text, std::strerror(errno));
     return {std::move(socket), text, path};
+}
+
+Permission permission_of_peer(int socket) {
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return Permission::view;
+    if (peer.uid == 0 || peer.uid == ::geteuid()) return Permission::admin;
+    if (peer.gid == ::getegid()) return Permission::scene;
+    std::vector<gid_t> groups(NGROUPS_MAX);
+    size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
+    if (::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return Permission::view;
+    groups.resize(size / sizeof(gid_t));
+    const bool member = std::find(groups.begin(), groups.end(), ::getegid()) != groups.end();
+    return member ? Permission::scene : Permission::view;
 }
 
 FileDescriptor Listener::accept() const {

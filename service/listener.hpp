@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Listening sockets: TCP of the loopback interface, and Unix sockets.
+// Listening sockets, TCP and Unix.
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "service/permission.hpp"
 
 #include <filesystem>
 #include <string>
@@ -13,8 +14,8 @@ namespace obscura::service {
 class Listener {
 public:
     /// Listens at "127.0.0.1:5152"; port 0: any free one. Throws Error (exit_usage) for an address that is
-    /// not of the loopback interface, HardwareError if it cannot be used.
-    [[nodiscard]] static Listener tcp(const std::string& address);
+    /// not of the loopback interface unless clients need a token, HardwareError if it cannot be used.
+    [[nodiscard]] static Listener tcp(const std::string& address, bool needs_token = false);
     /// Creates a socket for the user and the group of this process. One that is left over at that path is
     /// replaced, one that is served is not. Throws HardwareError.
     [[nodiscard]] static Listener unix_socket(const std::filesystem::path& path);
@@ -25,6 +26,8 @@ public:
     [[nodiscard]] int socket() const noexcept { return socket_.get(); }
     /// "127.0.0.1:5152", or the path.
     [[nodiscard]] const std::string& address() const noexcept { return address_; }
+    /// Whether it is a Unix socket, whose clients the kernel identifies.
+    [[nodiscard]] bool is_unix() const noexcept { return !file_.empty(); }
     /// The next client, non-blocking; empty: none waits.
     [[nodiscard]] FileDescriptor accept() const;
 
@@ -35,5 +38,9 @@ private:
     std::string address_;
     std::filesystem::path file_;
 };
+
+/// What the program at the other end of a Unix socket may do: admin as root or the user of this process,
+/// scene as a member of its group, else view.
+[[nodiscard]] Permission permission_of_peer(int socket);
 
 } // namespace obscura::service

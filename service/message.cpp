@@ -180,21 +180,31 @@ json read_head(std::string_view text, const Limits& limits) {
     return std::move(builder.head);
 }
 
-Outgoing make_message(MessageKind kind, std::uint32_t id, json head, std::vector<Array> arrays) {
+json list_arrays(const std::vector<Array>& arrays) {
+    json rows = json::array();
     std::uint64_t offset = 0;
     for (const Array& array : arrays) {
-        const std::uint64_t bytes = array.values.size() * sizeof(float);
-        head["arrays"].push_back({{"name", array.name},
-                                  {"dtype", "<f4"},
-                                  {"shape", array.shape},
-                                  {"offset", offset},
-                                  {"codec", "none"},
-                                  {"bytes", bytes}});
+        const std::uint64_t bytes = bytes_of(array).size();
+        offset += padding(offset);
+        rows.push_back({{"name", array.name},
+                        {"dtype", dtype_of(array)},
+                        {"shape", array.shape},
+                        {"offset", offset},
+                        {"codec", name_of(array.codec)},
+                        {"bytes", bytes}});
         offset += bytes;
     }
+    return rows;
+}
+
+Outgoing make_message(MessageKind kind, std::uint32_t id, json head, std::vector<Array> arrays) {
+    std::uint64_t body_bytes = 0;
+    for (const Array& array : arrays)
+        body_bytes += padding(body_bytes) + bytes_of(array).size();
+    if (!arrays.empty()) head["arrays"] = list_arrays(arrays);
     std::string packed;
     json::to_msgpack(head, packed);
-    return {frame_text({kind, id, static_cast<std::uint32_t>(packed.size()), offset}) + packed,
+    return {frame_text({kind, id, static_cast<std::uint32_t>(packed.size()), body_bytes}) + packed,
             std::move(arrays),
             {}};
 }

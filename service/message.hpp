@@ -2,6 +2,7 @@
 // Messages of the native protocol: frame of 24 bytes, MessagePack head, raw arrays.
 #pragma once
 
+#include "service/array.hpp"
 #include "service/limits.hpp"
 
 #include <nlohmann/json.hpp>
@@ -42,20 +43,20 @@ struct Frame {
 /// goes on behind the map, is no UTF-8 or exceeds the limits of depth or number of values.
 [[nodiscard]] nlohmann::json read_head(std::string_view text, const Limits& limits);
 
-/// An array of the body: float32, little-endian, C order.
-struct Array {
-    std::string name;
-    std::vector<std::size_t> shape;
-    std::vector<float> values;
-};
-
 /// A message on its way to a client: frame and head in `start`, then the arrays.
 struct Outgoing {
     std::string start;
     std::vector<Array> arrays{};
     std::shared_ptr<void> keep{}; ///< lives until the message has been sent
+    int descriptor = -1;          ///< goes along with the first byte, over a Unix socket; -1: none
 };
-/// Adds the row `arrays` to the head if there are any.
+/// Bytes between an array that ends at `offset` of the body and the next: arrays begin at multiples of 8.
+[[nodiscard]] constexpr std::size_t padding(std::uint64_t offset) {
+    return static_cast<std::size_t>(-offset % 8);
+}
+/// Rows of the member `arrays` of a head.
+[[nodiscard]] nlohmann::json list_arrays(const std::vector<Array>& arrays);
+/// Adds the member `arrays` to the head if there are any.
 [[nodiscard]] Outgoing make_message(MessageKind kind, std::uint32_t id, nlohmann::json head,
                                     std::vector<Array> arrays = {});
 

@@ -26,10 +26,11 @@ constexpr int most_accepted = 16;
 
 } // namespace
 
-Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners)
+Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens)
     : limits_(limits),
       host_(host),
       listeners_(std::move(listeners)),
+      tokens_(std::move(tokens)),
       bell_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (!bell_) throw HardwareError(fmt::format("eventfd: {}", std::strerror(errno)));
 }
@@ -71,11 +72,13 @@ void Server::accept(const Listener& listener) {
         FileDescriptor client = listener.accept();
         if (!client) return;
         if (connections_.size() + gone_.size() < limits_.clients) {
-            connections_.push_back(std::make_unique<Connection>(std::move(client), limits_, host_, [this] {
-                const std::uint64_t one = 1;
-                // It fails only where it has rung so often that it need not.
-                [[maybe_unused]] const ssize_t bytes = ::write(bell_.get(), &one, sizeof one);
-            }));
+            const Access access = access_of(listener, client.get());
+            connections_.push_back(
+                std::make_unique<Connection>(std::move(client), limits_, host_, access, [this] {
+                    const std::uint64_t one = 1;
+                    // It fails only where it has rung so often that it need not.
+                    [[maybe_unused]] const ssize_t bytes = ::write(bell_.get(), &one, sizeof one);
+                }));
             continue;
         }
         const Outgoing refusal =
@@ -87,6 +90,12 @@ void Server::accept(const Listener& listener) {
         [[maybe_unused]] const ssize_t bytes =
             ::send(client.get(), refusal.start.data(), refusal.start.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     }
+}
+
+Access Server::access_of(const Listener& listener, int client) {
+    if (listener.is_unix()) return {permission_of_peer(client), nullptr, true};
+    if (tokens_.empty()) return {Permission::scene, nullptr, false};
+    return {{}, &tokens_, false};
 }
 
 void Server::bury() {

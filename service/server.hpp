@@ -5,6 +5,7 @@
 #include "service/limits.hpp"
 #include "service/listener.hpp"
 #include "service/session.hpp"
+#include "service/tokens.hpp"
 
 #include <functional>
 #include <memory>
@@ -18,8 +19,9 @@ class Connection;
 /// stopped. Thread-bound; calls run on threads of their connections.
 class Server {
 public:
-    /// `host` outlives this.
-    Server(const Limits& limits, Host& host, std::vector<Listener> listeners);
+    /// `host` outlives this. Clients over TCP need one of `tokens` if there are any, and else may do what
+    /// Permission::scene allows; over Unix sockets see permission_of_peer().
+    Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens = {});
     /// Cancels what is in progress and waits for it.
     ~Server();
     Server(const Server&) = delete;
@@ -30,11 +32,13 @@ public:
 
 private:
     void accept(const Listener& listener);
+    [[nodiscard]] Access access_of(const Listener& listener, int client);
     void bury();
 
     const Limits limits_;
     Host& host_;
     const std::vector<Listener> listeners_;
+    Tokens tokens_;
     FileDescriptor bell_; ///< eventfd: a connection has something to send
     std::vector<std::unique_ptr<Connection>> connections_;
     std::vector<std::unique_ptr<Connection>> gone_; ///< their calls have not ended yet

@@ -28,46 +28,13 @@ except ImportError:
     sys.exit(77)
 
 obscura, source = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve()
-sys.path.insert(0, str(source / "clients" / "python"))
+sys.path[:0] = [str(source / "clients" / "python"), str(source / "tests" / "support")]
 os.environ["OBSCURA"] = obscura
+import client_checks  # noqa: E402
 import obscura_client  # noqa: E402
+from client_checks import PATIENCE_S, check, check_near, check_refused, wait_for  # noqa: E402
 from obscura_client import messagepack  # noqa: E402
 from obscura_client.connection import Connection  # noqa: E402
-
-PATIENCE_S = 120  # a busy machine, a sanitizer
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
-    if not good:
-        failures.append(what)
-
-
-def check_near(what, got, wanted, limit):
-    check(what, abs(got - wanted) <= limit, f"{got!r}, wanted {wanted!r} within {limit}")
-
-
-def check_refused(what, code, message, call):
-    """`call` raises a RequestError of one line with that code and text. Returns it."""
-    try:
-        call()
-    except obscura_client.RequestError as error:
-        check(what, error.code == code and message in error.message and "\n" not in error.message,
-              (error.code, error.message))
-        return error
-    check(what, False, "was not refused")
-    return obscura_client.RequestError({})
-
-
-def wait_for(condition):
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.05)
-    return False
-
 
 def read_fits(file):
     """First image of a FITS file: float32, planes first."""
@@ -367,5 +334,4 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
     check("they make a picture", done.returncode == 0 and (folder / "first.png").stat().st_size > 1000, done.stderr)
     check("and leave nothing behind", os.listdir(root / "sub") == ["stars.csv"], os.listdir(root / "sub"))
 
-print(f"{len(failures)} checks failed")
-sys.exit(1 if failures else 0)
+sys.exit(client_checks.end())

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/memory_budget.hpp"
 #include "renderer/world/scene_poses.hpp"
+#include "sensors/sensor.hpp"
 #include "service/failure.hpp"
 
 #include <fmt/format.h>
@@ -84,6 +85,35 @@ std::vector<std::size_t> aovs_of(const json& layers) {
     return chosen;
 }
 
+/// The part of the picture that a request wants; none: the whole.
+std::optional<Region> window_of(const std::array<double, 4>& numbers, const scene::Camera& camera) {
+    if (std::all_of(numbers.begin(), numbers.end(), [](double v) { return v == 0; })) return {};
+    const auto whole = [&](std::size_t i) { return static_cast<std::int32_t>(numbers[i]); };
+    const Region part{whole(0), whole(1), whole(2), whole(3)};
+    if (part.inside({0, 0, camera.width, camera.height})) return part;
+    throw bad_argument("window", "is not inside the picture",
+                       fmt::format("[x, y, width, height] within {} x {}", camera.width, camera.height));
+}
+
+/// Digital numbers of a frame.
+service::Array array_of(const Frame& frame) {
+    const std::span<const std::uint16_t> pixels = frame.pixels();
+    return {"dn",
+            {static_cast<std::size_t>(frame.info.height), static_cast<std::size_t>(frame.info.width)},
+            std::vector<std::uint16_t>(pixels.begin(), pixels.end())};
+}
+
+/// What the readout made of the request.
+json detector_facts(const Frame& frame, double mid_s) {
+    const FrameWindow& window = frame.info.windows[0];
+    const std::string flags = sensors::flag_names(frame.window_flags(0));
+    return {{"bits", frame.info.bits_per_pixel},
+            {"window", {window.sensor.x, window.sensor.y, window.sensor.width, window.sensor.height}},
+            {"exposure_s", {to_seconds(window.exposure_min_ns), to_seconds(window.exposure_max_ns)}},
+            {"mid_s", mid_s},
+            {"flags", flags}};
+}
+
 /// Copies a block of rows of every plane to its place in the whole picture.
 void copy_rows(std::span<const float> block, std::int32_t first_row, std::int32_t rows, const Region& window,
                std::size_t from_plane, float* to) {
@@ -101,16 +131,23 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
     renderer::RenderSettings settings;
     std::uint64_t frame = 1;
     bool truth = false;
-    json layers;
+    double gain_db = 0;
+    std::uint32_t run = 0;
+    service::Codec codec = service::Codec::none;
+    json layers, sensor;
     std::uint32_t most_samples = 65536;
 
     service::Fields fields() {
         return {
-            {config::key("time_s", &time_s).unit("s").range(-1e9, 1e9).help("Scene time of mid-exposure"),
+            {config::key("time_s", &time_s)
+                 .unit("s")
+                 .range(-1e9, 1e9)
+                 .help("Scene time of mid-exposure; with a sensor, of the trigger, at which the first row "
+                       "begins to integrate"),
              config::key("exposure_s", &exposure_s)
                  .unit("s")
                  .range(0, 1e6)
-                 .help("Exposure time; moving bodies and the moving camera blur"),
+                 .help("Exposure time; moving bodies and the moving camera blur. A sensor needs one"),
              config::key("width", &width)
                  .unit("px")
                  .range(0, 65536)
@@ -142,8 +179,19 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
                  .range(1, 9e15)
                  .help("Number of the frame; frames of different numbers have different noise"),
              config::key("truth", &truth)
-                 .help("Also tell the poses of camera and bodies, and where they are in the sensor")},
-            {{"layers", "array of strings",
+                 .help("Also tell the poses of camera and bodies, and where they are in the sensor"),
+             config::key("gain_db", &gain_db).unit("dB").range(0, 48).help("With a sensor: analog gain"),
+             config::key("run", &run)
+                 .help("With a sensor: run word; frames of different ones have different temporal noise"),
+             config::key("codec", &codec)
+                 .help(
+                     "How arrays are sent that become smaller by it: the bytes sorted by their place in the "
+                     "element and compressed")},
+            {{"sensor", "string or map",
+              "Expose the picture: a shipped sensor, a file below the server's folder, or the keys of "
+              "[sensor]. It sets the camera's pixels and has the readout times and noise of the chip",
+              &sensor},
+             {"layers", "array of strings",
               "Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of "
               "`obscura render`",
               &layers}}};
@@ -154,6 +202,7 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
 struct RendererKey {
     std::uint64_t revision = 0; ///< of the scene
     std::int32_t width = 0, height = 0;
+    double pixel_pitch_m = 0, pixel_pitch_y_m = 0;
     std::uint32_t samples = 0, max_samples = 0, bounces = 0;
     double error = 0;
     std::uint64_t seed = 0;
@@ -167,22 +216,38 @@ struct RenderCall::Made {
 };
 
 RenderCall::RenderCall(const SceneCalls& scene, const PictureLimits& limits)
-    : scene_(scene), limits_(limits) {}
+    : scene_(scene), limits_(limits), detector_(scene) {}
 RenderCall::~RenderCall() = default;
 
-const renderer::Renderer& RenderCall::renderer(const Arguments& a) {
-    scene::Scene scene = scene_.document().scene();
-    scene::Camera& camera = scene.camera;
+scene::Camera RenderCall::camera(const Arguments& a) {
+    scene::Camera camera = scene_.document().scene().camera;
     if ((a.width > 0) != (a.height > 0))
         throw bad_argument(a.width > 0 ? "height" : "width", "is missing", "both, or none");
-    if (a.width > 0) {
+    if (!a.sensor.is_null()) {
+        if (a.width > 0) throw bad_argument("width", "is that of the sensor", "no size beside a sensor");
+        if (a.exposure_s <= 0) throw bad_argument("exposure_s", "0 with a sensor", "more than 0");
+        const SensorDescription& sensor = detector_.read(a.sensor);
+        if (sensor.readout.shutter == Shutter::push_broom && !a.layers.is_null())
+            throw bad_argument("layers", "given with a push-broom sensor", "none with such a one");
+        camera.width = sensor.readout.width, camera.height = sensor.readout.height;
+        camera.pixel_pitch_m = sensor.pixel_pitch_m, camera.pixel_pitch_y_m = sensor.pixel_pitch_y_m;
+    } else if (a.width > 0) {
         const double larger = static_cast<double>(camera.width) / a.width;
         camera.pixel_pitch_m *= larger, camera.pixel_pitch_y_m *= larger;
         camera.width = a.width, camera.height = a.height;
     }
+    if (static_cast<std::uint64_t>(camera.width) * static_cast<std::uint64_t>(camera.height) > limits_.pixels)
+        throw Failure(FailureCode::too_large, fmt::format("render: {} x {} pixels, allowed {} in all",
+                                                          camera.width, camera.height, limits_.pixels));
+    return camera;
+}
+
+const renderer::Renderer& RenderCall::renderer(const Arguments& a, const scene::Camera& camera) {
     const RendererKey key{scene_.document().revision(),
                           camera.width,
                           camera.height,
+                          camera.pixel_pitch_m,
+                          camera.pixel_pitch_y_m,
                           a.settings.samples_per_pixel,
                           a.settings.max_samples_per_pixel,
                           a.settings.max_bounces,
@@ -194,83 +259,132 @@ const renderer::Renderer& RenderCall::renderer(const Arguments& a) {
     settings.threads = limits_.threads;
     settings.shapes = shapes_;
     scene_.check_scene([&] {
+        scene::Scene scene = scene_.document().scene();
+        scene.camera = camera;
         made_ = std::make_unique<Made>(Made{key, renderer::Renderer(std::move(scene), settings)});
     });
     return made_->renderer;
 }
 
+/// Rows of a picture that are rendered, `block_rows` at a time.
+struct RenderCall::Rows {
+    Region window;
+    std::vector<RowTime> times;
+    std::optional<Time> common_mid;
+    std::uint64_t frame = 1;
+    std::uint64_t done = 0, total = 0; ///< rows of all that the call makes, those before these
+
+    [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(window.area()); }
+
+    /// Calls `render` with the request of each block and its number of pixels; `work` is told.
+    template<typename Render>
+    void each_block(service::Work& work, const Render& render) const {
+        for (std::int32_t y = 0; y < window.height; y += block_rows) {
+            work.progress(done + static_cast<std::uint64_t>(y), total);
+            renderer::RenderRequest request;
+            request.window = window;
+            request.first_row = y;
+            request.rows = std::min(block_rows, window.height - y);
+            request.row_times =
+                std::span(times).subspan(static_cast<std::size_t>(y), static_cast<std::size_t>(request.rows));
+            request.common_mid = common_mid;
+            request.frame_id = frame;
+            const auto pixels =
+                static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(window.width);
+            if (work.cancelled() || !render(request, pixels)) throw service::cancelled();
+        }
+    }
+};
+
+service::Array RenderCall::light(const renderer::Renderer& renderer, const Rows& rows, service::Work& work) {
+    const std::size_t bands = renderer.band_count();
+    service::Array array{
+        std::string(name_of(renderer.scene().quantity)),
+        {bands, static_cast<std::size_t>(rows.window.height), static_cast<std::size_t>(rows.window.width)},
+        std::vector<float>(bands * rows.pixels())};
+    std::vector<float> block;
+    rows.each_block(work, [&](const renderer::RenderRequest& request, std::size_t pixels) {
+        block.resize(pixels * bands);
+        if (!renderer.render(request, block, &work.cancelled())) return false;
+        for (std::size_t b = 0; b < bands; ++b)
+            copy_rows(block, request.first_row, request.rows, rows.window, b,
+                      array.floats().data() + b * rows.pixels());
+        return true;
+    });
+    return array;
+}
+
+void RenderCall::add_layers(const renderer::Renderer& renderer, Rows rows,
+                            const std::vector<std::size_t>& aovs, std::vector<service::Array>& arrays,
+                            service::Work& work) {
+    if (aovs.empty()) return;
+    const std::size_t first = arrays.size();
+    for (const std::size_t k : aovs)
+        arrays.push_back(
+            {renderer::aov_name(static_cast<renderer::Aov>(k)),
+             {static_cast<std::size_t>(rows.window.height), static_cast<std::size_t>(rows.window.width)},
+             std::vector<float>(rows.pixels())});
+    for (RowTime& time : rows.times)
+        time = {time.mid(), time.mid()};
+    std::vector<float> block;
+    rows.each_block(work, [&](const renderer::RenderRequest& request, std::size_t pixels) {
+        block.resize(pixels * renderer::aov_count);
+        if (!renderer.render_aovs(request, block, &work.cancelled())) return false;
+        for (std::size_t i = 0; i < aovs.size(); ++i)
+            copy_rows(block, request.first_row, request.rows, rows.window, aovs[i],
+                      arrays[first + i].floats().data());
+        return true;
+    });
+}
+
 service::Answer RenderCall::run(const Arguments& arguments, service::Work& work) {
     const auto begin = std::chrono::steady_clock::now();
     const std::vector<std::size_t> aovs = aovs_of(arguments.layers);
-    const scene::Camera& own = scene_.document().scene().camera;
-    Region window{0, 0, arguments.width > 0 ? arguments.width : own.width,
-                  arguments.height > 0 ? arguments.height : own.height};
-    if (static_cast<std::uint64_t>(window.area()) > limits_.pixels)
-        throw Failure(FailureCode::too_large, fmt::format("render: {} x {} pixels, allowed {} in all",
-                                                          window.width, window.height, limits_.pixels));
-    if (std::any_of(arguments.window.begin(), arguments.window.end(), [](double v) { return v != 0; })) {
-        const auto whole = [&](std::size_t i) { return static_cast<std::int32_t>(arguments.window[i]); };
-        const Region part{whole(0), whole(1), whole(2), whole(3)};
-        if (!part.inside(window))
-            throw bad_argument(
-                "window", "is not inside the picture",
-                fmt::format("[x, y, width, height] within {} x {}", window.width, window.height));
-        window = part;
-    }
-    const std::size_t plane = static_cast<std::size_t>(window.area());
-    const renderer::Renderer& renderer = this->renderer(arguments);
-    const std::size_t bands = renderer.band_count();
+    const scene::Camera camera = this->camera(arguments);
+    const std::optional<Region> window = window_of(arguments.window, camera);
+    const Time when{std::llround(arguments.time_s * 1e9)};
+    const std::int64_t exposure_ns = std::llround(arguments.exposure_s * 1e9);
+    Rows rows{window.value_or(Region{0, 0, camera.width, camera.height}), {}, {}, arguments.frame};
+    const auto height = static_cast<std::uint64_t>(rows.window.height);
+    rows.total = aovs.empty() ? height : 2 * height;
+    const renderer::Renderer& renderer = this->renderer(arguments, camera);
     try {
-        require_memory(plane * (bands + aovs.size()) * sizeof(float), "picture");
+        require_memory(rows.pixels() * (renderer.band_count() + aovs.size()) * sizeof(float), "picture");
     } catch (const InputError& error) {
         throw Failure(FailureCode::too_large, error.what());
     }
 
-    const auto height = static_cast<std::size_t>(window.height),
-               width = static_cast<std::size_t>(window.width);
-    const scene::Scene& scene = renderer.scene();
-    std::vector<service::Array> arrays{
-        {std::string(name_of(scene.quantity)), {bands, height, width}, std::vector<float>(bands * plane)}};
-    for (const std::size_t k : aovs)
-        arrays.push_back(
-            {renderer::aov_name(static_cast<renderer::Aov>(k)), {height, width}, std::vector<float>(plane)});
-
-    const Time when{std::llround(arguments.time_s * 1e9)};
-    const std::int64_t half_ns = std::llround(arguments.exposure_s * 0.5e9);
-    const std::vector<RowTime> exposed(block_rows, {when - half_ns, when + half_ns}),
-        instant(block_rows, {when, when});
-    std::vector<float> block, layers;
-    for (std::int32_t y = 0; y < window.height; y += block_rows) {
-        work.progress(static_cast<std::uint64_t>(y), height);
-        renderer::RenderRequest request;
-        request.window = window;
-        request.first_row = y;
-        request.rows = std::min(block_rows, window.height - y);
-        request.row_times = std::span(exposed).first(static_cast<std::size_t>(request.rows));
-        request.common_mid = when;
-        request.frame_id = arguments.frame;
-        const std::size_t values = static_cast<std::size_t>(request.rows) * width;
-        block.resize(values * bands);
-        if (work.cancelled() || !renderer.render(request, block, &work.cancelled()))
-            throw service::cancelled();
-        for (std::size_t b = 0; b < bands; ++b)
-            copy_rows(block, y, request.rows, window, b, arrays[0].values.data() + b * plane);
-        if (aovs.empty()) continue;
-        request.row_times = std::span(instant).first(static_cast<std::size_t>(request.rows));
-        layers.resize(values * renderer::aov_count);
-        if (!renderer.render_aovs(request, layers, &work.cancelled())) throw service::cancelled();
-        for (std::size_t i = 0; i < aovs.size(); ++i)
-            copy_rows(layers, y, request.rows, window, aovs[i], arrays[1 + i].values.data());
-    }
-
     Answer answer;
-    answer.arrays = std::move(arrays);
     json& head = answer.head;
+    const scene::Scene& scene = renderer.scene();
+    double shown_s = arguments.time_s;
+    if (arguments.sensor.is_null()) {
+        const std::int64_t half_ns = std::llround(arguments.exposure_s * 0.5e9);
+        rows.times.assign(static_cast<std::size_t>(rows.window.height), {when - half_ns, when + half_ns});
+        rows.common_mid = when;
+        answer.arrays.push_back(light(renderer, rows, work));
+        head["unit"] = scene.quantity == scene::Quantity::radiance ? "W m-2 sr-1" : "W m-2";
+    } else {
+        const ExposedFrame exposed =
+            detector_.expose(renderer,
+                             {when, exposure_ns, arguments.gain_db, window, arguments.settings.seed,
+                              arguments.frame, arguments.run},
+                             work);
+        rows.window = exposed.frame->info.windows[0].sensor;
+        rows.times = exposed.rows;
+        shown_s = to_seconds(exposed.mid().ns);
+        answer.arrays.push_back(array_of(*exposed.frame));
+        head["unit"] = "DN";
+        head["detector"] = detector_facts(*exposed.frame, shown_s);
+    }
+    rows.done = height;
+    add_layers(renderer, std::move(rows), aovs, answer.arrays, work);
     head["time_s"] = arguments.time_s;
-    head["unit"] = scene.quantity == scene::Quantity::radiance ? "W m-2 sr-1" : "W m-2";
     for (const SpectralBand& band : scene.bands)
         head["bands_nm"].push_back({band.from_m * 1e9, band.to_m * 1e9});
-    if (arguments.truth) head["truth"] = truth_of(scene, arguments.time_s);
+    if (arguments.truth) head["truth"] = truth_of(scene, shown_s);
+    for (service::Array& array : answer.arrays)
+        encode(array, arguments.codec);
     head["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return answer;
 }
@@ -279,16 +393,20 @@ service::Call RenderCall::call() {
     service::Call made = service::call<Arguments>(
         "render", service::Permission::scene,
         "Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with "
-        "the same settings.",
+        "the same settings; or, with a sensor, its digital numbers, as `obscura capture` makes them.",
         [this](const Arguments& arguments, service::Work& work) { return run(arguments, work); });
     made.results = {
         {"irradiance", "array float32 [bands, height, width]", "W m-2",
          "Irradiance at the entrance pupil from each pixel, first row on top; called \"radiance\" if the "
          "scene's quantity is"},
+        {"dn", "array uint16 [height, width]", "DN", "With a sensor, instead: digital numbers"},
         {"unit", "string", "", "Unit of that array"},
         {"bands_nm", "array of [from, to]", "nm", "Spectral bands"},
         {"time_s", "number", "s", "Scene time"},
         {"seconds", "number", "s", "Time that the call took"},
+        {"detector", "map", "",
+         "With a sensor: bits of its ADC, window that was read (x, y, width, height), exposure_s obtained "
+         "(shortest and longest of the rows), mid_s of the exposure, flags of the readout separated by '|'"},
         {"truth", "map", "",
          "With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), "
          "range_m, phase_deg, pixel (column, row; missing: behind the lens)"}};

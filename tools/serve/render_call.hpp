@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Call `render`: the picture of a client's scene as arrays.
+// Call `render`: the picture of a client's scene as arrays, of light or of digital numbers.
 #pragma once
 
 #include "renderer/renderer.hpp"
+#include "service/array.hpp"
 #include "service/call.hpp"
+#include "tools/serve/detector_pictures.hpp"
 #include "tools/serve/scene_calls.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 namespace obscura::tools {
 
@@ -33,12 +36,21 @@ public:
 private:
     struct Arguments;
     struct Made;
+    struct Rows;
 
     [[nodiscard]] service::Answer run(const Arguments& arguments, service::Work& work);
-    [[nodiscard]] const renderer::Renderer& renderer(const Arguments& arguments);
+    /// The scene's camera with the pixels that the request wants.
+    [[nodiscard]] scene::Camera camera(const Arguments& arguments);
+    [[nodiscard]] const renderer::Renderer& renderer(const Arguments& arguments, const scene::Camera& camera);
+    [[nodiscard]] static service::Array light(const renderer::Renderer& renderer, const Rows& rows,
+                                              service::Work& work);
+    static void add_layers(const renderer::Renderer& renderer, Rows rows,
+                           const std::vector<std::size_t>& aovs, std::vector<service::Array>& arrays,
+                           service::Work& work);
 
     const SceneCalls& scene_;
     const PictureLimits& limits_;
+    DetectorPictures detector_;
     const std::shared_ptr<renderer::ShapeCache> shapes_ = renderer::make_shape_cache();
     std::unique_ptr<Made> made_;
 };

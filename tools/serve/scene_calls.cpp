@@ -2,7 +2,6 @@
 #include "tools/serve/scene_calls.hpp"
 
 #include "config/section.hpp"
-#include "config/shipped_files.hpp"
 #include "core/error.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "service/failure.hpp"
@@ -171,14 +170,14 @@ void SceneCalls::check_files(config::Value root, const std::filesystem::path& fi
     });
 }
 
-std::filesystem::path SceneCalls::scene_file(const std::string& name) const {
-    if (auto shipped = config::find_shipped(config::shipped_scenes, name)) return *shipped;
+std::filesystem::path SceneCalls::file(const config::ShippedFolder& folder, const std::string& name) const {
+    if (auto shipped = config::find_shipped(folder, name)) return *shipped;
     std::filesystem::path file = root_ / name;
     check_file(file, name);
     std::error_code error;
     if (!std::filesystem::exists(file, error))
-        throw InputError(fmt::format("\"{}\": {}", config::printable(name),
-                                     config::explain_missing({config::shipped_scenes}, name)));
+        throw InputError(
+            fmt::format("\"{}\": {}", config::printable(name), config::explain_missing({folder}, name)));
     return file;
 }
 
@@ -190,7 +189,7 @@ Answer SceneCalls::load(const Load& load) {
     const std::filesystem::path own = own_file();
     check_scene([&] {
         if (!load.file.empty()) {
-            const std::filesystem::path file = scene_file(load.file);
+            const std::filesystem::path file = this->file(config::shipped_scenes, load.file);
             document_ = scene::SceneDocument(config::parse_file(file), file);
             return;
         }

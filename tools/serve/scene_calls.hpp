@@ -3,6 +3,7 @@
 #pragma once
 
 #include "config/document.hpp"
+#include "config/shipped_files.hpp"
 #include "renderer/scene_files/scene_document.hpp"
 #include "service/call.hpp"
 
@@ -31,6 +32,13 @@ public:
     /// Runs `work`; ConfigError and InputError become Failure (bad_scene) without names of the server's
     /// folders.
     void check_scene(const std::function<void()>& work) const;
+    /// Name of scenes that clients send: relative names of files start from its folder.
+    [[nodiscard]] std::filesystem::path own_file() const { return root_ / "scene.toml"; }
+    /// The shipped file of that name, or the file below root_. Throws ConfigError, InputError.
+    [[nodiscard]] std::filesystem::path file(const config::ShippedFolder& shipped,
+                                             const std::string& name) const;
+    /// Throws ConfigError unless the file may be used.
+    void check_file(const std::filesystem::path& file, const std::string& name) const;
 
 private:
     struct Load;
@@ -39,12 +47,7 @@ private:
 
     [[nodiscard]] service::Answer load(const Load& load);
     void edit(const Edit& edit);
-    /// Name of scenes that clients send: relative names of files start from root_.
-    [[nodiscard]] std::filesystem::path own_file() const { return root_ / "scene.toml"; }
-    [[nodiscard]] std::filesystem::path scene_file(const std::string& name) const;
-    /// Throws ConfigError unless the file may be used.
-    void check_file(const std::filesystem::path& file, const std::string& name) const;
-    /// The same of all files that `root`, a scene file below root_, names.
+    /// Throws ConfigError unless all files may be used that `root`, a scene file below root_, names.
     void check_files(config::Value root, const std::filesystem::path& file) const;
 
     std::filesystem::path root_;

@@ -4,6 +4,7 @@
 #include "emulator/service_notify.hpp"
 #include "service/listener.hpp"
 #include "service/server.hpp"
+#include "service/tokens.hpp"
 #include "tools/serve/render_host.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/verbs/verb.hpp"
@@ -14,6 +15,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -35,42 +37,54 @@ public:
         line.summary = "renders scenes for programs that connect to it";
         line.description =
             "A server for programs: each client has a scene of its own, which it loads, or builds key by key "
-            "with the keys of scene files, and gets its pictures as arrays of W/m2 per pixel, with depth, "
-            "normals "
-            "and poses if it wants them. The same scene and settings give the same bytes as obscura render. "
-            "The "
-            "Python client obscura_client starts such a server by itself, or connects to one; "
-            "docs/clients.md "
-            "describes it, the calls and the protocol. Clients are not identified, so that only this machine "
-            "can connect (a tunnel of ssh serves others); the files that they may name are those below "
-            "--root "
-            "and the shipped ones. Each address is printed once the server listens there. It ends on SIGTERM "
-            "or SIGINT.";
+            "with the keys of scene files, and gets its pictures as arrays of W/m2 per pixel, or of the "
+            "digital numbers of a sensor, with depth, normals and poses if it wants them. The same scene and "
+            "settings give the same bytes as obscura render. The Python client obscura_client starts such a "
+            "server by itself, or connects to one; docs/clients.md describes it, the calls and the protocol. "
+            "Only this machine can connect over TCP (a tunnel of ssh serves others), unless --token-file "
+            "names "
+            "what clients must have. The files that they may name are those below --root and the shipped "
+            "ones. Each address is printed once the server listens there. It ends on SIGTERM or SIGINT.";
         line.option(
             "--listen", &address_, "ADDRESS:PORT",
-            "Listen at this address of the loopback interface; port 0: any free one; \"none\": not over TCP");
+            "Listen at this address, without tokens one of the loopback interface; port 0: any free one; "
+            "\"none\": not over TCP");
         line.option("--unix", &socket_, "PATH",
                     "Listen at this Unix socket too, which the user and group of the server may use");
         line.option("--root", &root_, "DIR",
                     "Folder that the file names of clients start from and stay below (default: the working "
                     "directory)");
+        line.option(
+            "--token-file", &token_files_, "[PERMISSION:]FILE",
+            "Clients over TCP need this token, which permits view, operate, scene (if none is named) or "
+            "admin; may be given several times");
+        line.option(
+            "--make-token", &new_token_, "FILE",
+            "Only write a new token of 32 random bytes, for both sides, to a file that does not exist");
         line.number("--threads", &picture_.threads, "N", "Render threads of each client; 0: one per core", 0,
                     1024);
         line.number("--clients", &clients_, "N", "Clients at a time; further ones are refused", 1, 1000);
         line.flag("--with-input", with_input_,
                   "End when standard input ends, as for a program that started it");
         line.examples = {"obscura serve",
-                         "obscura serve --listen none --unix /tmp/obscura.socket --root scenes"};
+                         "obscura serve --listen none --unix /tmp/obscura.socket --root scenes",
+                         "obscura serve --make-token lab.token",
+                         "obscura serve --listen 0.0.0.0:5152 --token-file lab.token"};
     }
 
     int run() override {
+        if (!new_token_.empty()) {
+            service::make_token_file(new_token_);
+            return exit_ok;
+        }
+        service::Tokens tokens = read_tokens();
         std::error_code error;
         const std::filesystem::path root = std::filesystem::canonical(root_.empty() ? "." : root_, error);
         if (error || !std::filesystem::is_directory(root))
             throw InputError(
                 fmt::format("obscura serve: --root {}: {}", root_, error ? error.message() : "no folder"));
         std::vector<service::Listener> listeners;
-        if (address_ != "none") listeners.push_back(service::Listener::tcp(address_));
+        if (address_ != "none") listeners.push_back(service::Listener::tcp(address_, !tokens.empty()));
         if (!socket_.empty()) listeners.push_back(service::Listener::unix_socket(socket_));
         if (listeners.empty()) throw UsageError("obscura serve: --listen none: --unix PATH is wanted then");
         for (const service::Listener& listener : listeners)
@@ -79,7 +93,7 @@ public:
         service::Limits limits;
         limits.clients = clients_;
         RenderHost host(OBSCURA_VERSION, root, picture_);
-        service::Server server(limits, host, std::move(listeners));
+        service::Server server(limits, host, std::move(listeners), std::move(tokens));
         emulator::notify_service_manager("READY=1");
         server.run([this] { return interrupted() || (with_input_ && input_ended()); });
         emulator::notify_service_manager("STOPPING=1");
@@ -87,6 +101,21 @@ public:
     }
 
 private:
+    [[nodiscard]] service::Tokens read_tokens() const {
+        service::Tokens tokens;
+        for (const std::string& text : token_files_) {
+            const std::size_t colon = text.find(':');
+            const auto named = colon == std::string::npos
+                                   ? std::nullopt
+                                   : enum_named<service::Permission>(text.substr(0, colon));
+            tokens.add(named.value_or(service::Permission::scene),
+                       service::read_token_file(named ? text.substr(colon + 1) : text));
+        }
+        return tokens;
+    }
+
+    std::vector<std::string> token_files_;
+    std::string new_token_;
     std::string address_ = "127.0.0.1:5152", socket_, root_;
     PictureLimits picture_;
     std::uint32_t clients_ = 16;

@@ -4,11 +4,24 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
+from . import protocol
 from .calls import Calls
 from .connection import Connection, Progress
 from .picture import Picture
+from .protocol import Token
 
 Item = Union[str, int]
+
+
+def render_fields(time_s: float, *, size: Optional[Tuple[int, int]] = None, layers: Optional[Sequence[str]] = None,
+                  sensor: Optional[Union[str, Mapping[str, Any]]] = None, codec: str = "none", **plain: Any) -> Dict[str, Any]:
+    """Fields of the call render; what is None, or a codec of none, is left out."""
+    fields: Dict[str, Any] = {"time_s": float(time_s), "layers": None if layers is None else list(layers),
+                              "sensor": dict(sensor) if isinstance(sensor, Mapping) else sensor,
+                              "codec": None if codec == "none" else codec, **plain}
+    if size is not None:
+        fields["width"], fields["height"] = size
+    return {name: value for name, value in fields.items() if value is not None}
 
 
 class Client:
@@ -18,14 +31,12 @@ class Client:
     for news from the server. Not for several threads at once. `calls` has each call of the server, with types.
     """
 
-    def __init__(self, address: str, timeout_s: float = 600) -> None:
+    def __init__(self, address: str, timeout_s: float = 600, token: Optional[Token] = None) -> None:
         self.on_close: Optional[Callable[[], object]] = None  # called once, after the connection has ended
         self._connection = Connection(address, timeout_s)
         self.calls = Calls(self._connection.request)
         try:
-            from . import __version__
-
-            self.server: Dict[str, Any] = self.call("hello", protocol_min=1, protocol_max=1, client=f"obscura_client {__version__}")
+            self.server: Dict[str, Any] = self._connection.greet(token)
         except BaseException:
             self._connection.close()
             raise
@@ -97,23 +108,29 @@ class Client:
         frame: Optional[int] = None,
         layers: Optional[Sequence[str]] = None,
         truth: bool = False,
+        sensor: Optional[Union[str, Mapping[str, Any]]] = None,
+        gain_db: Optional[float] = None,
+        run: Optional[int] = None,
+        codec: Optional[str] = None,
         progress: Optional[Progress] = None,
     ) -> Picture:
         """Renders the scene at a scene time. `size`: width and height; `window`: column, row, width, height; `layers`: see
-        Picture; `progress(done_rows, rows, seconds_left)` is called up to five times a second. What is None has the
-        server's default. Ctrl-C cancels."""
-        fields: Dict[str, Any] = {"time_s": float(time_s), "truth": truth}
-        for name, value in (("exposure_s", exposure_s), ("window", window), ("samples", samples), ("error", error),
-                            ("max_samples", max_samples), ("bounces", bounces), ("seed", seed), ("frame", frame)):
-            if value is not None:
-                fields[name] = value
-        if size is not None:
-            fields["width"], fields["height"] = size
-        if layers is not None:
-            fields["layers"] = list(layers)
-        return Picture(*self._connection.request("render", fields, progress))
+        Picture; `sensor`: name of a sensor, or its keys, for digital numbers instead of light, with `exposure_s`;
+        `progress(done_rows, rows, seconds_left)` is called up to five times a second. What is None has the server's default;
+        `codec`: "none" for a server on this machine, else what can be read here. Ctrl-C cancels."""
+        codec = protocol.codec_for(codec, self._connection.is_local, self.server)
+        fields = render_fields(time_s, exposure_s=exposure_s, size=size, window=window, samples=samples, error=error,
+                               max_samples=max_samples, bounces=bounces, seed=seed, frame=frame, layers=layers, truth=truth,
+                               sensor=sensor, gain_db=gain_db, run=run, codec=codec)
+        head, arrays = self._connection.request("render", fields, progress)
+        return Picture(head, arrays, self._connection.place)
 
     # Server
+
+    def share_memory(self, pictures: int = 4, mib: float = 64) -> None:
+        """From now on pictures stand in memory that the server shares, `pictures` of at most `mib` MiB at a time, and their
+        arrays are views of it: each overwrites the oldest. Over a Unix socket only, as of start()."""
+        self._connection.share_memory(pictures, int(mib * (1 << 20)))
 
     def describe(self) -> Dict[str, Any]:
         """The table of calls (`calls`) and the tables and keys of scenes (`sections`)."""
@@ -124,6 +141,7 @@ class Client:
         return self.call("status")
 
 
-def connect(address: str = "127.0.0.1:5152", timeout_s: float = 600) -> Client:
-    """Client of a server that runs: "HOST:PORT", or the path of its Unix socket. Raises ConnectionLost."""
-    return Client(address, timeout_s)
+def connect(address: str = "127.0.0.1:5152", timeout_s: float = 600, *, token: Optional[Token] = None) -> Client:
+    """Client of a server that runs: "HOST:PORT", or the path of its Unix socket; `token`: the file of the token that the
+    server wants, or its 32 bytes. Raises ConnectionLost."""
+    return Client(address, timeout_s, token)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Native protocol: messages of a frame of 24 bytes, a MessagePack head and raw arrays."""
+"""One connection to a server: requests one after the other."""
 from __future__ import annotations
 
 import socket
@@ -8,15 +8,12 @@ from typing import Any, Callable, Dict, Optional, Tuple
 
 import numpy
 
-from . import messagepack
+from . import messagepack, protocol
 from .errors import ConnectionLost, RequestError
+from .memory import Place, SharedMemory
+from .protocol import Arrays
 
 Progress = Callable[[int, int, Optional[float]], None]
-Arrays = Dict[str, numpy.ndarray]
-
-_FRAME = struct.Struct("<4sBBHIIQ")
-_MAGIC, _VERSION = b"OBSC", 1
-_REQUEST, _ANSWER, _EVENT, _ERROR = 1, 2, 3, 4
 
 
 def _open(address: str, timeout_s: float) -> socket.socket:
@@ -45,15 +42,46 @@ class Connection:
         self._current = 0  # number of the request in progress
         self._interrupted = False  # it was cancelled by Ctrl-C
         self._whole = True  # no message has been read in part
+        self._descriptor: Optional[int] = None  # that came with a message
+        self.memory: Optional[SharedMemory] = None
+        self.place: Optional[Place] = None  # of the arrays of the last answer; None: they are its own
+
+    def share_memory(self, slots: int, slot_bytes: int) -> None:
+        """From now on arrays of answers stand in shared memory where they fit."""
+        answer = self.request("memory.open", {"slots": slots, "bytes": slot_bytes})[0]
+        if self._descriptor is None:
+            raise ConnectionLost(f"{self.address}: the server has sent no memory")
+        descriptor, self._descriptor = self._descriptor, None
+        self.memory = SharedMemory(descriptor, answer)
 
     def close(self) -> None:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
 
+    def detach(self) -> socket.socket:
+        """Gives the socket away, non-blocking."""
+        if self._socket is None:
+            raise ConnectionLost(f"{self.address}: the connection is closed")
+        sock, self._socket = self._socket, None
+        sock.setblocking(False)
+        return sock
+
     @property
     def is_open(self) -> bool:
         return self._socket is not None
+
+    @property
+    def is_local(self) -> bool:
+        """Whether the server is on this machine, so that compressing arrays costs more than it saves."""
+        return self._socket is None or self._socket.family == socket.AF_UNIX or self._socket.getpeername()[0].startswith("127.")
+
+    def greet(self, token: Optional[protocol.Token]) -> Dict[str, Any]:
+        """The answer of hello."""
+        fields = protocol.hello_fields()
+        if token is not None:
+            fields["proof"] = protocol.proof(token, self.request("challenge", {})[0]["challenge"])
+        return self.request("hello", fields)[0]
 
     def request(self, call: str, fields: Dict[str, Any], progress: Optional[Progress] = None) -> Tuple[Dict[str, Any], Arrays]:
         """Head and arrays of the answer. Ctrl-C cancels the request at the server and keeps the connection.
@@ -84,10 +112,10 @@ class Connection:
     def _send(self, call: str, fields: Dict[str, Any]) -> int:
         if self._socket is None:
             raise ConnectionLost(f"{self.address}: the connection is closed")
-        head = messagepack.pack({"call": call, **fields})
         number, self._next = self._next, self._next % 0xFFFFFFFF + 1
+        message = protocol.request(number, call, fields)
         try:
-            self._socket.sendall(_FRAME.pack(_MAGIC, _VERSION, _REQUEST, 0, number, len(head), 0) + head)
+            self._socket.sendall(message)
         except ConnectionError:
             pass  # there may be an error message to be read
         except OSError as error:
@@ -97,31 +125,38 @@ class Connection:
 
     def _receive(self, number: int, progress: Optional[Progress]) -> Tuple[Dict[str, Any], Arrays]:
         while True:
-            frame = self._read(_FRAME.size)
+            data = self._read(protocol.FRAME_BYTES)
             self._whole = False
-            magic, version, kind, _flags, of, head_bytes, body_bytes = _FRAME.unpack(frame)
-            if magic != _MAGIC or version != _VERSION:
-                self.close()
-                raise ConnectionLost(f"{self.address}: the server does not speak this protocol")
             try:
-                head = messagepack.unpack(self._read(head_bytes))
+                frame = protocol.frame(data)
+                head = messagepack.unpack(self._read(frame.head_bytes))
             except ValueError as error:
                 self.close()
                 raise ConnectionLost(f"{self.address}: {error}") from None
-            body = self._read(body_bytes)
+            body = self._read(frame.body_bytes)
             self._whole = True
-            if kind == _ERROR and of in (0, number):
-                if of == 0:  # of the connection as a whole
+            if frame.kind == protocol.ERROR and frame.number in (0, number):
+                if frame.number == 0:  # of the connection as a whole
                     self.close()
                 raise RequestError(head)
-            if of != number:
+            if frame.number != number:
                 continue  # of a request that was given up
-            if kind == _EVENT and progress is not None and head.get("event") == "progress":
+            if frame.kind == protocol.EVENT and progress is not None and head.get("event") == "progress":
                 progress(head["done"], head["total"], head.get("left_s"))
-            if kind == _ANSWER:
-                arrays = {row["name"]: body[row["offset"]:row["offset"] + row["bytes"]].view(row["dtype"]).reshape(row["shape"])
-                          for row in head.pop("arrays", ())}
-                return head, arrays
+            if frame.kind == protocol.ANSWER:
+                row = head.pop("memory", None)
+                self.place = None if row is None or self.memory is None else Place(self.memory, row)
+                return head, protocol.arrays(head, body if self.place is None else self.place.body())
+
+    def _receive_into(self, view: memoryview) -> int:
+        assert self._socket is not None
+        if self._socket.family != socket.AF_UNIX or self.memory is not None:
+            return self._socket.recv_into(view)
+        got, rights, _flags, _from = self._socket.recvmsg_into([view], socket.CMSG_SPACE(4))
+        for level, kind, data in rights:
+            if level == socket.SOL_SOCKET and kind == socket.SCM_RIGHTS:
+                self._descriptor = struct.unpack("=i", data[:4])[0]
+        return got
 
     def _read(self, count: int) -> numpy.ndarray:
         """The next bytes, in a buffer of their own: arrays are views of it."""
@@ -131,7 +166,7 @@ class Connection:
         view, at = memoryview(buffer), 0
         while at < count:
             try:
-                got = self._socket.recv_into(view[at:])
+                got = self._receive_into(view[at:])
             except KeyboardInterrupt:
                 if self._interrupted:
                     self.close()

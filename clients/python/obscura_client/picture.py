@@ -2,6 +2,7 @@
 """A rendered picture."""
 from __future__ import annotations
 
+import copy
 import os
 import pathlib
 import subprocess
@@ -10,18 +11,24 @@ from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy
 
+from .errors import ObscuraError
+from .memory import Place
 from .png import png
 
 
 class Picture:
     """Arrays of one picture, first row on top.
 
-    values: float32 [bands, height, width], W/m2 per pixel at the entrance pupil (or W m-2 sr-1, see `unit`).
-    layers: further arrays by name, float32 [height, width]. truth: poses, if they were asked for.
-    A notebook shows it with stretched contrast.
+    values: float32 [bands, height, width], W/m2 per pixel at the entrance pupil (or W m-2 sr-1, see `unit`); of a sensor
+    uint16 [height, width], digital numbers.
+    layers: further arrays by name, float32 [height, width]. truth: poses, if they were asked for. detector: bits, window,
+    exposure obtained and flags of the readout, of a sensor.
+    A notebook shows it with stretched contrast. With shared memory (Client.share_memory()) the arrays are views of it until
+    the server writes over them: see is_whole and copy().
     """
 
-    def __init__(self, head: Mapping[str, Any], arrays: Dict[str, numpy.ndarray]) -> None:
+    def __init__(self, head: Mapping[str, Any], arrays: Dict[str, numpy.ndarray], place: Optional[Place] = None) -> None:
+        self._place = place
         names = list(arrays)
         self.quantity: str = names[0]
         self.values: numpy.ndarray = arrays[names[0]]
@@ -31,6 +38,22 @@ class Picture:
         self.time_s: float = head["time_s"]
         self.seconds: float = head["seconds"]
         self.truth: Optional[Dict[str, Any]] = head.get("truth")
+        self.detector: Optional[Dict[str, Any]] = head.get("detector")
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether what has been read of the arrays so far was this picture, and not a later one in the same place."""
+        return self._place is None or self._place.is_whole
+
+    def copy(self) -> "Picture":
+        """A picture with arrays of its own. Raises ObscuraError if the server has written over these."""
+        copied = copy.copy(self)
+        copied.values = self.values.copy()
+        copied.layers = {name: layer.copy() for name, layer in self.layers.items()}
+        if not self.is_whole:
+            raise ObscuraError("a later picture stands there; copy() comes before the request that overwrites it")
+        copied._place = None
+        return copied
 
     @property
     def depth_m(self) -> numpy.ndarray:
@@ -45,7 +68,8 @@ class Picture:
     def preview(self, layer: Optional[str] = None, gamma: float = 2.2) -> numpy.ndarray:
         """uint8 [height, width] for looking at: from the darkest value to the 99.9th percentile of those that are lit; not
         for measurement."""
-        image = self.values.mean(axis=0) if layer is None else self.layers[layer]
+        height, width = self.values.shape[-2:]
+        image = self.values.reshape(-1, height, width).mean(axis=0) if layer is None else self.layers[layer]
         seen = image[numpy.isfinite(image) & (image != 0)]
         if seen.size == 0:
             return numpy.zeros(image.shape, numpy.uint8)
@@ -80,7 +104,8 @@ class Picture:
         return png(self.preview())
 
     def __repr__(self) -> str:
-        bands, height, width = self.values.shape
+        height, width = self.values.shape[-2:]
         layers = f", layers {', '.join(self.layers)}" if self.layers else ""
+        bands = len(self.bands_nm)
         return (f"<Picture {width} x {height} px, {bands} band{'s' if bands > 1 else ''}, {self.quantity} up to "
                 f"{float(self.values.max()):.4g} {self.unit}, at {self.time_s:g} s{layers}>")

@@ -170,21 +170,32 @@ TEST_CASE("frames of another protocol, and beyond the limits, are refused", "[se
 }
 
 TEST_CASE("a message lists its arrays", "[service]") {
-    const Outgoing message =
-        make_message(MessageKind::answer, 7, {{"unit", "W m-2"}},
-                     {{"irradiance", {1, 2, 3}, {1, 2, 3, 4, 5, 6}}, {"depth_m", {2}, {7, 8}}});
+    const Outgoing message = make_message(MessageKind::answer, 7, {{"unit", "W m-2"}},
+                                          {{"irradiance", {1, 2, 3}, std::vector<float>{1, 2, 3, 4, 5, 6}},
+                                           {"dn", {2}, std::vector<std::uint16_t>{7, 8}}});
     Limits wide;
     wide.body_bytes = 100;
     const Frame frame = read_frame(message.start, wide);
     CHECK(frame.id == 7);
-    CHECK(frame.body_bytes == 32);
+    CHECK(frame.body_bytes == 28);
     REQUIRE(message.start.size() == Frame::bytes + frame.head_bytes);
     const json head = read_head(std::string_view(message.start).substr(Frame::bytes), limits);
     CHECK(head["unit"] == "W m-2");
-    CHECK(head["arrays"][1] == json{{"name", "depth_m"},
-                                    {"dtype", "<f4"},
+    CHECK(head["arrays"][1] == json{{"name", "dn"},
+                                    {"dtype", "<u2"},
                                     {"shape", {2}},
                                     {"offset", 24},
                                     {"codec", "none"},
-                                    {"bytes", 8}});
+                                    {"bytes", 4}});
+}
+
+TEST_CASE("arrays begin at multiples of 8 bytes", "[service]") {
+    const Outgoing message = make_message(
+        MessageKind::answer, 7, json::object(),
+        {{"dn", {3}, std::vector<std::uint16_t>{1, 2, 3}}, {"depth_m", {1}, std::vector<float>{7}}});
+    Limits wide;
+    wide.body_bytes = 100;
+    CHECK(read_frame(message.start, wide).body_bytes == 12);
+    const json head = read_head(std::string_view(message.start).substr(Frame::bytes), limits);
+    CHECK(head["arrays"][1]["offset"] == 8);
 }

@@ -7,12 +7,16 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
+#include <netinet/in.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <sys/un.h>
 
 #include <atomic>
 #include <chrono>
+#include <cstring>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -88,10 +92,12 @@ private:
 
 /// A server on a thread of its own.
 struct Bench {
-    explicit Bench(const Limits& limits = {}) : limits_(limits) {
+    explicit Bench(const Limits& limits = {}, Tokens tokens = {}) : limits_(limits) {
         std::vector<Listener> listeners;
         listeners.push_back(Listener::unix_socket(path()));
-        server_ = std::make_unique<Server>(limits_, host, std::move(listeners));
+        listeners.push_back(Listener::tcp("127.0.0.1:0", !tokens.empty()));
+        port_ = listeners.back().address().substr(sizeof "127.0.0.1:" - 1);
+        server_ = std::make_unique<Server>(limits_, host, std::move(listeners), std::move(tokens));
         thread_ = std::thread([this] { server_->run([this] { return stop_.load(); }); });
     }
     ~Bench() {
@@ -99,6 +105,7 @@ struct Bench {
         thread_.join();
     }
     [[nodiscard]] std::string path() const { return (folder_.path() / "s").string(); }
+    [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }
     /// Waits for what must come true soon.
     static void until(const std::function<bool()>& condition) {
         for (int i = 0; i < 20000 && !condition(); ++i)
@@ -111,6 +118,7 @@ struct Bench {
 private:
     test::TempFolder folder_;
     Limits limits_;
+    std::string port_;
     std::unique_ptr<Server> server_;
     std::atomic<bool> stop_{false};
     std::thread thread_;
@@ -129,16 +137,23 @@ public:
         address.sun_family = AF_UNIX;
         const std::string path = bench.path();
         path.copy(address.sun_path, path.size());
-        const timeval patience{20, 0};
-        ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-        // Thrown, not asserted, because other threads make clients too.
-        if (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-            throw std::runtime_error("no connection");
+        connect(address);
         if (!greet) return;
         request(1, {{"call", "hello"}});
         const std::optional<Message> answer = next();
         if (!answer || answer->frame.kind != MessageKind::answer)
             throw std::runtime_error("no answer to hello");
+    }
+    /// Over TCP, without hello.
+    static Client over_tcp(const Bench& bench) {
+        Client client;
+        client.socket_ = FileDescriptor(::socket(AF_INET, SOCK_STREAM, 0));
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_port = htons(bench.port());
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        client.connect(address);
+        return client;
     }
     void write(std::string_view text) {
         while (!text.empty()) {
@@ -162,7 +177,8 @@ public:
         return message;
     }
     /// The next message that is no event.
-    Message answer() {
+    Message answer(int* file = nullptr) {
+        file_ = file;
         while (true) {
             std::optional<Message> message = next();
             REQUIRE(message);
@@ -172,17 +188,36 @@ public:
     void hang_up() { socket_ = FileDescriptor(); }
 
 private:
+    Client() = default;
+    template<typename Address>
+    void connect(const Address& address) {
+        const timeval patience{20, 0};
+        ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        // Thrown, not asserted, because other threads make clients too.
+        if (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+            throw std::runtime_error("no connection");
+    }
     std::optional<std::string> read(std::size_t bytes) {
         std::string text(bytes, '\0');
         for (std::size_t at = 0; at < bytes;) {
-            const ssize_t got = ::recv(socket_.get(), text.data() + at, bytes - at, 0);
+            iovec part{text.data() + at, bytes - at};
+            alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))];
+            msghdr message{};
+            message.msg_iov = &part;
+            message.msg_iovlen = 1;
+            message.msg_control = control;
+            message.msg_controllen = sizeof control;
+            const ssize_t got = ::recvmsg(socket_.get(), &message, MSG_CMSG_CLOEXEC);
             if (got <= 0) return {};
+            if (const cmsghdr* const rights = CMSG_FIRSTHDR(&message); rights != nullptr && file_ != nullptr)
+                std::memcpy(file_, CMSG_DATA(rights), sizeof *file_);
             at += static_cast<std::size_t>(got);
         }
         return text;
     }
 
     FileDescriptor socket_;
+    int* file_ = nullptr; ///< takes a descriptor that comes along
 };
 
 } // namespace
@@ -214,7 +249,7 @@ TEST_CASE("the first request is hello, in this version of the protocol", "[servi
     client.request(3, {{"call", "hello"}, {"protocol_max", 9}, {"wishes", {1, 2}}});
     const json head = client.answer().head;
     CHECK(head["protocol"] == 1);
-    CHECK(head["permission"] == "scene");
+    CHECK(head["permission"] == "admin"); // of this process's own user
     CHECK(head["limits"]["head_bytes"] == 1048576);
     client.request(4, {{"call", "echo"}, {"value", 1}});
     CHECK(client.answer().head["value"] == 1);
@@ -224,9 +259,12 @@ TEST_CASE("mistakes are answered, and the connection lives on", "[service]") {
     const Bench bench;
     Client client(bench);
     const std::vector<std::pair<json, std::string>> mistakes{
-        {{{"call", "ecko"}}, "unknown-call"}, {{{"call", 5}}, "bad-message"},
-        {{{"x", 5}}, "bad-message"},          {{{"call", "echo"}, {"valu", 5}}, "bad-argument"},
-        {{{"call", "admin"}}, "forbidden"},   {{{"call", "fault"}}, "internal"}};
+        {{{"call", "ecko"}}, "unknown-call"},
+        {{{"call", 5}}, "bad-message"},
+        {{{"x", 5}}, "bad-message"},
+        {{{"call", "echo"}, {"valu", 5}}, "bad-argument"},
+        {{{"call", "memory.open"}, {"bytes", 1LL << 39}}, "too-large"},
+        {{{"call", "fault"}}, "internal"}};
     std::uint32_t id = 100;
     for (const auto& [request, code] : mistakes) {
         client.request(++id, request);
@@ -392,7 +430,151 @@ TEST_CASE("a client works while another sends noise", "[service]") {
     noise.join();
 }
 
-TEST_CASE("only the loopback interface can be listened at", "[service]") {
+TEST_CASE("without tokens a client over TCP may do what belongs to scenes", "[service]") {
+    const Bench bench;
+    Client client = Client::over_tcp(bench);
+    client.request(1, {{"call", "hello"}});
+    CHECK(client.answer().head["permission"] == "scene");
+    client.request(2, {{"call", "admin"}});
+    CHECK(client.answer().head["code"] == "forbidden");
+    client.request(3, {{"call", "memory.open"}});
+    CHECK(client.answer().head["code"] == "forbidden");
+}
+
+TEST_CASE("a client over TCP proves its token, and may do what that permits", "[service]") {
+    const Token view{1, 2, 3}, admin{4, 5, 6}, other{7};
+    Tokens tokens;
+    tokens.add(Permission::view, view);
+    tokens.add(Permission::admin, admin);
+    const Bench bench({}, tokens);
+    const auto hello = [](Client& client, const Token& token) {
+        client.request(1, {{"call", "challenge"}});
+        const std::string challenge = client.answer().head["challenge"];
+        client.request(2, {{"call", "hello"}, {"proof", proof_of(token, challenge)}});
+        return client.answer().head;
+    };
+    Client client = Client::over_tcp(bench);
+    client.request(1, {{"call", "hello"}});
+    const json refused = client.answer().head;
+    CHECK(refused["code"] == "forbidden");
+    CHECK(refused["field"] == "proof");
+    client.request(1, {{"call", "hello"}, {"proof", proof_of(admin, std::string(64, '0'))}});
+    CHECK(client.answer().head["code"] == "forbidden"); // there has been no challenge
+    client.request(1, {{"call", "echo"}});
+    CHECK(client.answer().head["code"] == "no-hello");
+    CHECK(hello(client, other)["code"] == "forbidden");
+    CHECK(hello(client, view)["permission"] == "view");
+    client.request(3, {{"call", "echo"}});
+    CHECK(client.answer().head["code"] == "forbidden");
+    CHECK(hello(client, admin)["permission"] == "admin");
+    client.request(4, {{"call", "admin"}});
+    CHECK(client.answer().frame.kind == MessageKind::answer);
+    // A proof serves once.
+    Client thief = Client::over_tcp(bench);
+    thief.request(1, {{"call", "challenge"}});
+    const std::string proof = proof_of(admin, thief.answer().head["challenge"].get<std::string>());
+    thief.request(2, {{"call", "hello"}, {"proof", proof}});
+    CHECK(thief.answer().frame.kind == MessageKind::answer);
+    Client again = Client::over_tcp(bench);
+    again.request(1, {{"call", "challenge"}});
+    CHECK(again.answer().frame.kind == MessageKind::answer);
+    again.request(2, {{"call", "hello"}, {"proof", proof}});
+    CHECK(again.answer().head["code"] == "forbidden");
+    // Over the Unix socket the kernel says who it is.
+    const Client own(bench);
+}
+
+TEST_CASE("after three wrong tokens each further try waits a second, others meanwhile do not", "[service]") {
+    const Token right{1}, wrong{2};
+    Tokens tokens;
+    tokens.add(Permission::scene, right);
+    const Bench bench({}, tokens);
+    const auto start = [&](Client& client, const Token& token) {
+        client.request(1, {{"call", "challenge"}});
+        const std::string challenge = client.answer().head["challenge"];
+        client.request(2, {{"call", "hello"}, {"proof", proof_of(token, challenge)}});
+    };
+    for (int i = 0; i < 3; ++i) {
+        Client guesser = Client::over_tcp(bench);
+        start(guesser, wrong);
+        CHECK(guesser.answer().head["code"] == "forbidden");
+    }
+    Client late = Client::over_tcp(bench);
+    start(late, right);
+    const auto begin = std::chrono::steady_clock::now();
+    late.request(3, {{"call", "echo"}, {"value", 3}}); // is read after that
+    Client local(bench);
+    local.request(1, {{"call", "echo"}, {"value", 1}});
+    CHECK(local.answer().head["value"] == 1);
+    CHECK(late.answer().head["permission"] == "scene");
+    CHECK(std::chrono::steady_clock::now() - begin > 900ms);
+    CHECK(late.answer().head["value"] == 3);
+}
+
+TEST_CASE("arrays stand in shared memory where they fit, each over the oldest", "[service]") {
+    const Bench bench;
+    Client client(bench);
+    client.request(1, {{"call", "memory.open"}, {"slots", 2}, {"bytes", 1 << 20}});
+    int file = -1;
+    const json opened = client.answer(&file).head;
+    REQUIRE(file >= 0);
+    const FileDescriptor owner(file);
+    const std::size_t stride = opened["stride"], head_bytes = opened["head_bytes"];
+    CHECK(::mmap(nullptr, stride, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) == MAP_FAILED);
+    CHECK(::ftruncate(file, 0) != 0);
+    void* const memory = ::mmap(nullptr, 2 * stride, PROT_READ, MAP_SHARED, file, 0);
+    REQUIRE(memory != MAP_FAILED);
+    const auto sequence_of = [&](std::size_t slot) {
+        return *reinterpret_cast<const volatile std::uint64_t*>(static_cast<const char*>(memory) +
+                                                                slot * stride);
+    };
+    for (std::uint64_t i = 0; i < 5; ++i) {
+        client.request(10, {{"call", "picture"}});
+        const Message picture = client.answer();
+        CHECK(picture.body.empty());
+        CHECK(picture.head["memory"] == json{{"slot", i % 2}, {"sequence", 2 * i + 2}});
+        CHECK(sequence_of(i % 2) == 2 * i + 2);
+        const auto* const values =
+            reinterpret_cast<const float*>(static_cast<const char*>(memory) + i % 2 * stride + head_bytes);
+        CHECK(values[512 * 512 - 1] == 1);
+    }
+    ::munmap(memory, 2 * stride);
+    client.request(1, {{"call", "memory.open"}, {"slots", 2}, {"bytes", (1 << 20) - 1}});
+    (void)client.answer(&file);
+    const FileDescriptor second(file);
+    client.request(10, {{"call", "picture"}});
+    CHECK(client.answer().body.size() == 1U << 20);
+}
+
+TEST_CASE("a token file is for this user and its group", "[service]") {
+    const test::TempFolder folder;
+    const std::filesystem::path file = folder.path() / "token";
+    make_token_file(file);
+    const Token token = read_token_file(file);
+    CHECK(token != Token{});
+    CHECK_THROWS_AS(make_token_file(file), OutputError);
+    std::filesystem::permissions(file, std::filesystem::perms{0644});
+    CHECK_THROWS_WITH(read_token_file(file), ContainsSubstring("mode 0644"));
+    std::filesystem::permissions(file, std::filesystem::perms{0400});
+    CHECK(read_token_file(file) == token);
+    CHECK_THROWS_WITH(read_token_file(folder.write("short", "x")), ContainsSubstring("mode"));
+    std::filesystem::permissions(folder.path() / "short", std::filesystem::perms{0600});
+    CHECK_THROWS_WITH(read_token_file(folder.path() / "short"), ContainsSubstring("1 bytes"));
+    CHECK_THROWS_AS(read_token_file(folder.path()), ConfigError);
+    CHECK_THROWS_AS(read_token_file(folder.path() / "none"), ConfigError);
+}
+
+TEST_CASE("a proof is HMAC-SHA256", "[service]") {
+    // RFC 4231 has no key of 32 bytes; this one by Python's hmac.
+    Token token{};
+    for (std::size_t i = 0; i < token.size(); ++i)
+        token[i] = static_cast<std::uint8_t>(i);
+    CHECK(proof_of(token, "00ff10") == "1862909edb4bbb8b12c009bbeeb8aaeae1ed7e80355f6a9b8ade98e6d619a8ee");
+    CHECK(make_challenge() != make_challenge());
+    CHECK(make_challenge().size() == 64);
+}
+
+TEST_CASE("only the loopback interface can be listened at without tokens", "[service]") {
     CHECK_THROWS_WITH(Listener::tcp("0.0.0.0:5152"),
                       ContainsSubstring("only addresses of the loopback interface"));
     CHECK_THROWS_WITH(Listener::tcp("192.168.1.4:5152"), ContainsSubstring("ssh -L"));

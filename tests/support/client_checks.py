@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of the tests of the rendering server through its Python client: a line each; failures are counted."""
+import time
+
+import obscura_client
+
+PATIENCE_S = 120  # a busy machine, a sanitizer
+failures = []
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def check_near(what, got, wanted, limit):
+    check(what, abs(got - wanted) <= limit, f"{got!r}, wanted {wanted!r} within {limit}")
+
+
+def check_refused(what, code, message, call):
+    """`call` raises a RequestError of one line with that code and text. Returns it."""
+    try:
+        call()
+    except obscura_client.RequestError as error:
+        check(what, error.code == code and message in error.message and "\n" not in error.message,
+              (error.code, error.message))
+        return error
+    check(what, False, "was not refused")
+    return obscura_client.RequestError({})
+
+
+def wait_for(condition):
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def end():
+    """Exit status of the test."""
+    print(f"{len(failures)} checks failed")
+    return 1 if failures else 0
