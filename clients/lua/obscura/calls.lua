@@ -8,17 +8,19 @@ local calls = {}
 calls.kinds = {
   ["hello"] = {protocol_min = "integer", protocol_max = "integer"},
   ["cancel"] = {request = "integer"},
+  ["memory.open"] = {slots = "integer", bytes = "integer"},
   ["scene.load"] = {scene = "map"},
   ["scene.set"] = {keys = "map"},
   ["scene.add"] = {keys = "map"},
   ["render"] = {width = "integer", height = "integer", window = "list", samples = "integer", max_samples = "integer",
-    bounces = "integer", seed = "integer", frame = "integer", layers = "list"},
+    bounces = "integer", seed = "integer", frame = "integer", run = "integer", layers = "list"},
 }
 
 ---@class obscura.Hello
 ---@field protocol_min? integer Oldest version that the client speaks (0 to 255; default 1)
 ---@field protocol_max? integer Newest version that the client speaks (0 to 255; default 1)
 ---@field client? string Name and version of the client, for messages
+---@field proof? string Where the server wants a token: HMAC-SHA256 of the bytes of its challenge, keyed by the 32 bytes of the token, in 64 lower-case hexadecimal digits
 
 ---@class obscura.HelloAnswer
 ---@field server? string "obscura"
@@ -26,6 +28,7 @@ calls.kinds = {
 ---@field protocol? integer Version of the protocol that is spoken
 ---@field api? string Hash of the table of calls
 ---@field permission? string What the connection may do: view, operate, scene or admin
+---@field codecs? string[] Codecs of arrays that the server has
 ---@field limits? table<string, any> Largest messages, pictures and numbers of requests and clients
 
 --- Begins a connection: agrees on the version of the protocol. The first request.
@@ -33,6 +36,16 @@ calls.kinds = {
 ---@return obscura.HelloAnswer head
 function calls:hello(fields)
   return self:request("hello", fields)
+end
+
+---@class obscura.ChallengeAnswer
+---@field challenge? string 64 hexadecimal digits
+
+--- Asks for random bytes with which the next hello proves that the client has a token. Each serves for one hello.
+--- Needs none itself.
+---@return obscura.ChallengeAnswer head
+function calls:challenge()
+  return self:request("challenge", {})
 end
 
 ---@class obscura.DescribeAnswer
@@ -69,6 +82,23 @@ end
 ---@return obscura.CancelAnswer head
 function calls:cancel(fields)
   return self:request("cancel", fields)
+end
+
+---@class obscura.MemoryOpen
+---@field slots? integer Answers that are there at a time: each overwrites the oldest (2 to 64; default 4)
+---@field bytes? integer Room of a slot (4096 to 1e12; default 67108864)
+
+---@class obscura.MemoryOpenAnswer
+---@field slots? integer Number of slots
+---@field stride? integer From one slot to the next (bytes)
+---@field head_bytes? integer Head of a slot, before the arrays (bytes)
+
+--- From the next request on, arrays of answers stand in shared memory where they fit. With the first byte of the
+--- answer comes the descriptor of the file, to be mapped for reading. Over a Unix socket only.
+---@param fields? obscura.MemoryOpen
+---@return obscura.MemoryOpenAnswer head
+function calls:memory_open(fields)
+  return self:request("memory.open", fields)
 end
 
 --- Ends the connection; what is in progress or waits is cancelled.
@@ -154,8 +184,8 @@ function calls:scene_remove(fields)
 end
 
 ---@class obscura.Render
----@field time_s? number Scene time of mid-exposure (-1e9 to 1e9 s; default 0.0)
----@field exposure_s? number Exposure time; moving bodies and the moving camera blur (0 to 1000000 s; default 0.0)
+---@field time_s? number Scene time of mid-exposure; with a sensor, of the trigger, at which the first row begins to integrate (-1e9 to 1e9 s; default 0.0)
+---@field exposure_s? number Exposure time; moving bodies and the moving camera blur. A sensor needs one (0 to 1000000 s; default 0.0)
 ---@field width? integer Width of the picture, with the same horizontal field of view; 0: that of the scene (0 to 65536 px; default 0)
 ---@field height? integer Height of the picture, with width; 0: that of the scene (0 to 65536 px; default 0)
 ---@field window? number[] Column and row of the upper left corner, width and height of the only part that is rendered; all 0: the whole picture (array of 4 numbers; 0 to 65536 px; default [0.0, 0.0, 0.0, 0.0])
@@ -166,6 +196,10 @@ end
 ---@field seed? integer Seed of the random numbers (0 to 9e15; default 1)
 ---@field frame? integer Number of the frame; frames of different numbers have different noise (1 to 9e15; default 1)
 ---@field truth? boolean Also tell the poses of camera and bodies, and where they are in the sensor (default false)
+---@field gain_db? number With a sensor: analog gain (0 to 48 dB; default 0.0)
+---@field run? integer With a sensor: run word; frames of different ones have different temporal noise (default 0)
+---@field codec? string How arrays are sent that become smaller by it: the bytes sorted by their place in the element and compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
+---@field sensor? any Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It sets the camera's pixels and has the readout times and noise of the chip (string or map)
 ---@field layers? string[] Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of `obscura render`
 
 ---@class obscura.RenderAnswer
@@ -173,10 +207,11 @@ end
 ---@field bands_nm? any[] Spectral bands (array of [from, to]; nm)
 ---@field time_s? number Scene time (s)
 ---@field seconds? number Time that the call took (s)
+---@field detector? table<string, any> With a sensor: bits of its ADC, window that was read (x, y, width, height), exposure_s obtained (shortest and longest of the rows), mid_s of the exposure, flags of the readout separated by '|'
 ---@field truth? table<string, any> With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), range_m, phase_deg, pixel (column, row; missing: behind the lens)
 
 --- Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with the same
---- settings.
+--- settings; or, with a sensor, its digital numbers, as `obscura capture` makes them.
 ---@param fields? obscura.Render
 ---@return obscura.RenderAnswer head
 ---@return table<string, table> arrays

@@ -22,8 +22,17 @@ class HelloAnswer(TypedDict, total=False):
     api: str
     # What the connection may do: view, operate, scene or admin
     permission: str
+    # Codecs of arrays that the server has
+    codecs: List[str]
     # Largest messages, pictures and numbers of requests and clients
     limits: Dict[str, Any]
+
+
+class ChallengeAnswer(TypedDict, total=False):
+    """Answer of challenge."""
+
+    # 64 hexadecimal digits
+    challenge: str
 
 
 class DescribeAnswer(TypedDict, total=False):
@@ -55,6 +64,17 @@ class CancelAnswer(TypedDict, total=False):
 
     # Requests that were found
     cancelled: int
+
+
+class MemoryOpenAnswer(TypedDict, total=False):
+    """Answer of memory.open."""
+
+    # Number of slots
+    slots: int
+    # From one slot to the next (bytes)
+    stride: int
+    # Head of a slot, before the arrays (bytes)
+    head_bytes: int
 
 
 class SceneLoadAnswer(TypedDict, total=False):
@@ -95,6 +115,9 @@ class RenderAnswer(TypedDict, total=False):
     time_s: float
     # Time that the call took (s)
     seconds: float
+    # With a sensor: bits of its ADC, window that was read (x, y, width, height), exposure_s obtained (shortest and
+    # longest of the rows), mid_s of the exposure, flags of the readout separated by '|'
+    detector: Dict[str, Any]
     # With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), range_m, phase_deg, pixel (column,
     # row; missing: behind the lens)
     truth: Dict[str, Any]
@@ -115,15 +138,25 @@ class Calls:
         protocol_min: Optional[int] = None,
         protocol_max: Optional[int] = None,
         client: Optional[str] = None,
+        proof: Optional[str] = None,
     ) -> HelloAnswer:
         """Begins a connection: agrees on the version of the protocol. The first request.
 
         protocol_min: Oldest version that the client speaks (0 to 255; default 1)
         protocol_max: Newest version that the client speaks (0 to 255; default 1)
         client: Name and version of the client, for messages
+        proof: Where the server wants a token: HMAC-SHA256 of the bytes of its challenge, keyed by the 32 bytes of the
+            token, in 64 lower-case hexadecimal digits
         """
-        head, _ = self._ask("hello", protocol_min=protocol_min, protocol_max=protocol_max, client=client)
+        head, _ = self._ask("hello", protocol_min=protocol_min, protocol_max=protocol_max, client=client, proof=proof)
         return cast(HelloAnswer, head)
+
+    def challenge(self) -> ChallengeAnswer:
+        """Asks for random bytes with which the next hello proves that the client has a token. Each serves for one
+        hello. Needs none itself.
+        """
+        head, _ = self._ask("challenge")
+        return cast(ChallengeAnswer, head)
 
     def describe(self) -> DescribeAnswer:
         """Lists the calls with their fields, and the keys of scenes."""
@@ -146,6 +179,21 @@ class Calls:
         """
         head, _ = self._ask("cancel", request=request)
         return cast(CancelAnswer, head)
+
+    def memory_open(
+        self,
+        *,
+        slots: Optional[int] = None,
+        bytes: Optional[int] = None,
+    ) -> MemoryOpenAnswer:
+        """From the next request on, arrays of answers stand in shared memory where they fit. With the first byte of
+        the answer comes the descriptor of the file, to be mapped for reading. Over a Unix socket only.
+
+        slots: Answers that are there at a time: each overwrites the oldest (2 to 64; default 4)
+        bytes: Room of a slot (4096 to 1e12; default 67108864)
+        """
+        head, _ = self._ask("memory.open", slots=slots, bytes=bytes)
+        return cast(MemoryOpenAnswer, head)
 
     def close(self) -> Dict[str, Any]:
         """Ends the connection; what is in progress or waits is cancelled."""
@@ -252,13 +300,19 @@ class Calls:
         seed: Optional[int] = None,
         frame: Optional[int] = None,
         truth: Optional[bool] = None,
+        gain_db: Optional[float] = None,
+        run: Optional[int] = None,
+        codec: Optional[str] = None,
+        sensor: Optional[Any] = None,
         layers: Optional[Sequence[str]] = None,
     ) -> Tuple[RenderAnswer, Arrays]:
         """Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with the same
-        settings.
+        settings; or, with a sensor, its digital numbers, as `obscura capture` makes them.
 
-        time_s: Scene time of mid-exposure (-1e9 to 1e9 s; default 0.0)
-        exposure_s: Exposure time; moving bodies and the moving camera blur (0 to 1000000 s; default 0.0)
+        time_s: Scene time of mid-exposure; with a sensor, of the trigger, at which the first row begins to integrate
+            (-1e9 to 1e9 s; default 0.0)
+        exposure_s: Exposure time; moving bodies and the moving camera blur. A sensor needs one (0 to 1000000 s;
+            default 0.0)
         width: Width of the picture, with the same horizontal field of view; 0: that of the scene (0 to 65536 px;
             default 0)
         height: Height of the picture, with width; 0: that of the scene (0 to 65536 px; default 0)
@@ -272,12 +326,20 @@ class Calls:
         seed: Seed of the random numbers (0 to 9e15; default 1)
         frame: Number of the frame; frames of different numbers have different noise (1 to 9e15; default 1)
         truth: Also tell the poses of camera and bodies, and where they are in the sensor (default false)
+        gain_db: With a sensor: analog gain (0 to 48 dB; default 0.0)
+        run: With a sensor: run word; frames of different ones have different temporal noise (default 0)
+        codec: How arrays are sent that become smaller by it: the bytes sorted by their place in the element and
+            compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
+        sensor: Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It
+            sets the camera's pixels and has the readout times and noise of the chip (string or map)
         layers: Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of `obscura
             render`
         Array "irradiance": Irradiance at the entrance pupil from each pixel, first row on top; called "radiance" if
             the scene's quantity is (array float32 [bands, height, width]; W m-2)
+        Array "dn": With a sensor, instead: digital numbers (array uint16 [height, width]; DN)
         """
         head, arrays = self._ask("render", time_s=time_s, exposure_s=exposure_s, width=width, height=height,
                                 window=window, samples=samples, error=error, max_samples=max_samples, bounces=bounces,
-                                seed=seed, frame=frame, truth=truth, layers=layers)
+                                seed=seed, frame=frame, truth=truth, gain_db=gain_db, run=run, codec=codec,
+                                sensor=sensor, layers=layers)
         return cast(RenderAnswer, head), arrays

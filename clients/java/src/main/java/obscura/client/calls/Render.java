@@ -8,7 +8,7 @@ import obscura.client.Call;
 
 /**
  * Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with the same
- * settings.
+ * settings; or, with a sensor, its digital numbers, as `obscura capture` makes them.
  */
 public final class Render extends Call<Render.Result> {
     /** A request without fields. */
@@ -16,13 +16,16 @@ public final class Render extends Call<Render.Result> {
         super("render");
     }
 
-    /** Scene time of mid-exposure (-1e9 to 1e9 s; default 0.0). */
+    /**
+     * Scene time of mid-exposure; with a sensor, of the trigger, at which the first row begins to integrate (-1e9 to
+     * 1e9 s; default 0.0).
+     */
     public Render timeS(double value) {
         fields.put("time_s", value);
         return this;
     }
 
-    /** Exposure time; moving bodies and the moving camera blur (0 to 1000000 s; default 0.0). */
+    /** Exposure time; moving bodies and the moving camera blur. A sensor needs one (0 to 1000000 s; default 0.0). */
     public Render exposureS(double value) {
         fields.put("exposure_s", value);
         return this;
@@ -94,6 +97,36 @@ public final class Render extends Call<Render.Result> {
         return this;
     }
 
+    /** With a sensor: analog gain (0 to 48 dB; default 0.0). */
+    public Render gainDb(double value) {
+        fields.put("gain_db", value);
+        return this;
+    }
+
+    /** With a sensor: run word; frames of different ones have different temporal noise (default 0). */
+    public Render run(long value) {
+        fields.put("run", value);
+        return this;
+    }
+
+    /**
+     * How arrays are sent that become smaller by it: the bytes sorted by their place in the element and compressed
+     * (none | shuffle-lz4 | shuffle-zstd; default "none").
+     */
+    public Render codec(String value) {
+        fields.put("codec", value);
+        return this;
+    }
+
+    /**
+     * Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It sets the
+     * camera's pixels and has the readout times and noise of the chip (string or map).
+     */
+    public Render sensor(Object value) {
+        fields.put("sensor", value);
+        return this;
+    }
+
     /** Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of `obscura render`. */
     public Render layers(String... value) {
         fields.put("layers", value.clone());
@@ -107,15 +140,17 @@ public final class Render extends Call<Render.Result> {
      * @param bandsNm Spectral bands (array of [from, to]; nm)
      * @param timeS Scene time (s)
      * @param seconds Time that the call took (s)
+     * @param detector With a sensor: bits of its ADC, window that was read (x, y, width, height), exposure_s obtained
+     *     (shortest and longest of the rows), mid_s of the exposure, flags of the readout separated by '|'
      * @param truth With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), range_m, phase_deg,
      *     pixel (column, row; missing: behind the lens)
      */
     public record Result(String unit, List<Object> bandsNm, Double timeS, Double seconds, Map<String, Object>
-            truth) {}
+            detector, Map<String, Object> truth) {}
 
     @Override
     public Result read(Map<String, Object> head) {
         return new Result((String) head.get("unit"), list(head.get("bands_nm")), number(head.get("time_s")),
-                number(head.get("seconds")), map(head.get("truth")));
+                number(head.get("seconds")), map(head.get("detector")), map(head.get("truth")));
     }
 }
