@@ -21,20 +21,14 @@ import tempfile
 import threading
 import time
 
-try:
-    import numpy
-except ImportError:
-    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
-    sys.exit(77)
-
-obscura, source = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve()
-sys.path[:0] = [str(source / "clients" / "python"), str(source / "tests" / "support")]
-os.environ["OBSCURA"] = obscura
-import client_checks  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import client_checks  # noqa: E402: needs the folder above, and gives the folder of the client
+import numpy  # noqa: E402
 import obscura_client  # noqa: E402
-from client_checks import PATIENCE_S, check, check_near, check_refused, wait_for  # noqa: E402
+from client_checks import PATIENCE_S, check, check_near, check_refused, obscura, source, wait_for  # noqa: E402
 from obscura_client import messagepack  # noqa: E402
 from obscura_client.connection import Connection  # noqa: E402
+
 
 def read_fits(file):
     """First image of a FITS file: float32, planes first."""

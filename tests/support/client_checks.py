@@ -1,8 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the tests of the rendering server through its Python client: a line each; failures are counted."""
+"""Checks of the tests of the rendering server through its Python client: a line each; failures are counted.
+
+The tests are called with OBSCURA SOURCE-DIRECTORY, and are skipped without numpy.
+"""
+import os
+import pathlib
+import sys
 import time
 
-import obscura_client
+try:
+    import numpy  # noqa: F401
+except ImportError:
+    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
+    sys.exit(77)
+
+obscura, source = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve()
+sys.path.insert(0, str(source / "clients" / "python"))
+os.environ["OBSCURA"] = obscura
+import obscura_client  # noqa: E402
 
 PATIENCE_S = 120  # a busy machine, a sanitizer
 failures = []
