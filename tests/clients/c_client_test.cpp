@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C client beside servers that keep to the protocol, are late, vanish, or mean harm.
+#include "obscura_client.h"
+#include "service/failure.hpp"
+#include "tests/clients/fake_server.hpp"
+#include "tests/support/catch.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+using namespace obscura::test;
+using namespace std::chrono_literals;
+using Catch::Matchers::ContainsSubstring;
+using nlohmann::json;
+using obscura::service::MessageKind;
+
+namespace {
+
+constexpr double patience_s = 60;
+
+struct Close {
+    void operator()(obscura_client* client) const { obscura_close(client); }
+    void operator()(obscura_answer* answer) const { obscura_answer_free(answer); }
+};
+using Client = std::unique_ptr<obscura_client, Close>;
+using Answer = std::unique_ptr<obscura_answer, Close>;
+
+Client connect(const FakeServer& server, double timeout_s = patience_s) {
+    obscura_connect_options options{};
+    options.timeout_s = timeout_s;
+    obscura_error error;
+    Client client(obscura_connect(server.address().c_str(), &options, &error));
+    INFO(error.message);
+    REQUIRE(client != nullptr);
+    return client;
+}
+
+/// Status of one call, of a server that says `said` in answer to it, and hangs up.
+obscura_error outcome_of(const std::string& said, obscura_connect_options options = {}) {
+    const FakeServer server([&](const FakeConnection& connection) {
+        connection.greet();
+        (void)connection.read();
+        connection.send(said);
+    });
+    options.timeout_s = patience_s;
+    const Client client(obscura_connect(server.address().c_str(), &options, nullptr));
+    REQUIRE(client != nullptr);
+    obscura_answer* raw = nullptr;
+    const obscura_status status = obscura_call(client.get(), "render", nullptr, &raw);
+    const Answer answer(raw);
+    const obscura_error error = *obscura_last_error(client.get());
+    CHECK(error.status == status);
+    CHECK((status == OBSCURA_OK) == (answer != nullptr));
+    CHECK(std::string_view(error.message).find('\n') == std::string_view::npos);
+    return error;
+}
+
+json array_row(json shape, json offset, json bytes, const char* dtype = "<f4") {
+    return {{"name", "a"}, {"dtype", dtype}, {"shape", std::move(shape)}, {"offset", std::move(offset)},
+            {"codec", "none"}, {"bytes", std::move(bytes)}};
+}
+
+/// An answer to the second request, whose head is these bytes of MessagePack.
+std::string answer_of(std::string_view packed) {
+    return obscura::service::frame_text({MessageKind::answer, 2, static_cast<std::uint32_t>(packed.size()), 0}) +
+           std::string(packed);
+}
+
+} // namespace
+
+TEST_CASE("values arrive at the server as they were made", "[clients]") {
+    json received;
+    const FakeServer server([&](const FakeConnection& connection) {
+        connection.greet();
+        const auto request = connection.read();
+        received = request.head;
+        connection.answer(request.id, {{"value", request.head.at("value")}});
+        connection.wait_for_end();
+    });
+    const Client client = connect(server);
+    CHECK(std::string(obscura_as_string(obscura_find(obscura_server(client.get()), "version"))) == "fake");
+
+    const std::string text = std::string(300, 'x') + "\xC3\xBC";
+    obscura_value* numbers = obscura_numbers(std::vector<double>{0.1, -0.0, 1e300}.data(), 3);
+    obscura_append(numbers, obscura_int(std::numeric_limits<std::int64_t>::min()));
+    obscura_append(numbers, obscura_int(127));
+    obscura_append(numbers, obscura_int(128));
+    obscura_append(numbers, obscura_bool(1));
+    obscura_append(numbers, obscura_nil());
+    obscura_value* many = obscura_map_new();
+    for (int i = 0; i < 70000; ++i)
+        obscura_append(numbers, obscura_int(-1));
+    for (int i = 0; i < 20; ++i)
+        obscura_put(many, std::to_string(i).c_str(), obscura_int(i));
+    obscura_put(many, "7", obscura_string("seven"));
+    const char* const words[] = {"a", "", nullptr};
+    obscura_value* value = obscura_map("numbers", numbers, "text", obscura_text(text.data(), text.size()), "many",
+                                       many, "words", obscura_strings(words), nullptr);
+    obscura_value* copy = obscura_value_copy(value);
+    obscura_answer* raw = nullptr;
+    REQUIRE(obscura_call(client.get(), "echo", obscura_map("value", value, nullptr), &raw) == OBSCURA_OK);
+    const Answer answer(raw);
+    CHECK(received.at("call") == "echo");
+    const json& got = received.at("value");
+    CHECK(got.at("text") == text);
+    CHECK(got.at("words") == json::array({"a", ""}));
+    CHECK(got.at("many").size() == 20);
+    CHECK(got.at("many").at("7") == "seven");
+    REQUIRE(got.at("numbers").size() == 70008);
+    CHECK(got.at("numbers")[0] == 0.1);
+    CHECK(std::signbit(got.at("numbers")[1].get<double>()));
+    CHECK(got.at("numbers")[3] == std::numeric_limits<std::int64_t>::min());
+
+    // And back: the answer is the value.
+    const obscura_value* back = obscura_find(obscura_answer_map(answer.get()), "value");
+    for (const obscura_value* each : {back, static_cast<const obscura_value*>(copy)}) {
+        CHECK(std::string_view(obscura_as_string(obscura_find(each, "text"))) == text);
+        const obscura_value* list = obscura_find(each, "numbers");
+        REQUIRE(obscura_count(list) == 70008);
+        CHECK(obscura_as_number(obscura_at(list, 2), 0) == 1e300);
+        CHECK(obscura_as_int(obscura_at(list, 3), 0) == std::numeric_limits<std::int64_t>::min());
+        CHECK(obscura_as_int(obscura_at(list, 5), 0) == 128);
+        CHECK(obscura_as_bool(obscura_at(list, 6)) == 1);
+        CHECK(obscura_type_of(obscura_at(list, 7)) == OBSCURA_NIL);
+        CHECK(obscura_as_int(obscura_at(list, 70007), 0) == -1);
+    }
+    // What is not there is nil all the way.
+    CHECK(obscura_as_number(obscura_at(obscura_find(obscura_find(back, "none"), "x"), 3), 5) == 5);
+    CHECK(obscura_name_at(back, 99) == nullptr);
+    obscura_value_free(copy);
+}
+
+TEST_CASE("arrays of an answer are views of its body", "[clients]") {
+    const std::vector<float> light = {1, 2, 3, 4, 5, 6};
+    std::string body(reinterpret_cast<const char*>(light.data()), 24);
+    body += std::string("\x01\x02\x03\x04", 4);
+    const FakeServer server([&](const FakeConnection& connection) {
+        connection.greet();
+        for (auto request = connection.read(); request.id != 0; request = connection.read())
+            connection.answer(request.id,
+                              {{"arrays", {array_row({1, 2, 3}, 0, 24), array_row({2}, 24, 4, "<u2"),
+                                           array_row({0, 5}, 28, 0), array_row(json::array(), 4, 4)}}},
+                              body);
+    });
+    const Client client = connect(server);
+    obscura_answer* raw = nullptr;
+    REQUIRE(obscura_render(client.get(), nullptr, &raw) == OBSCURA_OK);
+    const Answer picture(raw);
+    REQUIRE(obscura_array_count(raw) == 4);
+    const obscura_array* first = obscura_array_find(raw, "a");
+    REQUIRE(first == obscura_array_at(raw, 0));
+    CHECK(first->dimensions == 3);
+    CHECK(first->shape[2] == 3);
+    CHECK(first->count == 6);
+    CHECK(first->floats[5] == 6);
+    const obscura_array* second = obscura_array_at(raw, 1);
+    CHECK(second->floats == nullptr);
+    CHECK(second->data == static_cast<const char*>(first->data) + 24);
+    CHECK(obscura_array_at(raw, 2)->count == 0);
+    CHECK(obscura_array_at(raw, 3)->floats[0] == 2);
+    CHECK(obscura_array_at(raw, 4) == nullptr);
+    CHECK(obscura_array_find(raw, "b") == nullptr);
+}
+
+TEST_CASE("an error answer has its texts and leaves the connection whole", "[clients]") {
+    const FakeServer server([](const FakeConnection& connection) {
+        connection.greet();
+        connection.refuse(connection.read().id, {{"code", "bad-scene"},
+                                                 {"message", std::string(5000, 'm')},
+                                                 {"field", "body[0].albedo"},
+                                                 {"allowed", "0 to 1"},
+                                                 {"hint", 7}});
+        connection.answer(connection.read().id);
+        connection.wait_for_end();
+    });
+    const Client client = connect(server);
+    CHECK(obscura_set_number(client.get(), "body", "ball", "albedo", 2) == OBSCURA_REFUSED);
+    const obscura_error& error = *obscura_last_error(client.get());
+    CHECK(std::string(error.code) == "bad-scene");
+    CHECK(std::string(error.message) == std::string(1023, 'm'));
+    CHECK(std::string(error.field) == "body[0].albedo");
+    CHECK(std::string(error.allowed) == "0 to 1");
+    CHECK(std::string(error.hint).empty());
+    CHECK(obscura_remove(client.get(), "body", "ball") == OBSCURA_OK);
+    CHECK(error.status == OBSCURA_OK);
+    CHECK(std::string(error.message).empty());
+}
+
+TEST_CASE("an error of the connection ends it and tells why", "[clients]") {
+    const FakeServer server([](const FakeConnection& connection) {
+        connection.refuse(0, {{"code", "busy"}, {"message", "4 clients are connected already"}});
+        connection.wait_for_end();
+    });
+    obscura_error error;
+    CHECK(obscura_connect(server.address().c_str(), nullptr, &error) == nullptr);
+    CHECK(error.status == OBSCURA_LOST);
+    CHECK(std::string(error.code) == "busy");
+    CHECK(std::string(error.message) == "4 clients are connected already");
+}
+
+TEST_CASE("what cannot be sent is not sent", "[clients]") {
+    const FakeServer server([](const FakeConnection& connection) {
+        connection.greet();
+        for (auto request = connection.read(); request.id != 0; request = connection.read())
+            connection.answer(request.id, {{"call", request.head.at("call")}});
+    });
+    const Client client = connect(server);
+    CHECK(obscura_set_string(client.get(), "camera", nullptr, "look_at", nullptr) == OBSCURA_BAD_USE);
+    CHECK_THAT(obscura_last_error(client.get())->message, ContainsSubstring("a value is missing"));
+    CHECK(obscura_call(client.get(), "x", obscura_int(3), nullptr) == OBSCURA_BAD_USE);
+    obscura_value* deep = obscura_int(1);
+    for (int i = 0; i < 17; ++i) {
+        obscura_value* around = obscura_array_new();
+        obscura_append(around, deep);
+        deep = around;
+    }
+    CHECK(obscura_load_scene(client.get(), deep) == OBSCURA_BAD_USE);
+    CHECK_THAT(obscura_last_error(client.get())->message, ContainsSubstring("more than 16 levels"));
+    CHECK(obscura_load_toml(client.get(), std::string(1U << 20, ' ').c_str()) == OBSCURA_BAD_USE);
+    CHECK_THAT(obscura_last_error(client.get())->message, ContainsSubstring("allowed 1048576"));
+    CHECK(obscura_wait(client.get(), 0, nullptr) == OBSCURA_BAD_USE);
+    CHECK(obscura_load(client.get(), "demo") == OBSCURA_OK);
+}
+
+TEST_CASE("a late answer can be waited for again, and one that is given up is thrown away", "[clients]") {
+    std::atomic<int> go{0};
+    std::vector<std::string> calls;
+    const FakeServer server([&](const FakeConnection& connection) {
+        connection.greet();
+        const auto first = connection.read();
+        while (go < 1)
+            std::this_thread::sleep_for(1ms);
+        connection.answer(first.id, {{"number", 1}});
+        const auto second = connection.read();
+        calls.push_back(connection.read().head.at("call")); // the cancel
+        const auto third = connection.read();
+        const std::string late = FakeConnection::message(MessageKind::answer, second.id, {{"number", 2}}, "body");
+        connection.send(std::string_view(late).substr(0, 20));
+        while (go < 2)
+            std::this_thread::sleep_for(1ms);
+        connection.send(std::string_view(late).substr(20));
+        connection.answer(third.id, {{"number", 3}});
+        connection.wait_for_end();
+    });
+    const Client client = connect(server);
+    const auto number = [](const Answer& answer) {
+        return obscura_as_int(obscura_find(obscura_answer_map(answer.get()), "number"), 0);
+    };
+    obscura_answer* raw = nullptr;
+    REQUIRE(obscura_render_begin(client.get(), nullptr) == OBSCURA_OK);
+    CHECK(obscura_wait(client.get(), 0, &raw) == OBSCURA_PENDING);
+    CHECK(obscura_wait(client.get(), 0.02, &raw) == OBSCURA_PENDING);
+    CHECK(raw == nullptr);
+    go = 1;
+    REQUIRE(obscura_wait(client.get(), -1, &raw) == OBSCURA_OK);
+    CHECK(number(Answer(raw)) == 1);
+
+    REQUIRE(obscura_render_begin(client.get(), nullptr) == OBSCURA_OK);
+    REQUIRE(obscura_render_begin(client.get(), nullptr) == OBSCURA_OK);
+    CHECK(obscura_wait(client.get(), 0.02, &raw) == OBSCURA_PENDING); // part of the one that was given up is there
+    go = 2;
+    REQUIRE(obscura_wait(client.get(), -1, &raw) == OBSCURA_OK);
+    CHECK(number(Answer(raw)) == 3);
+    CHECK(calls == std::vector<std::string>{"cancel"});
+}
+
+TEST_CASE("progress is told, and cancels if it is wished", "[clients]") {
+    const FakeServer server([](const FakeConnection& connection) {
+        connection.greet();
+        const auto request = connection.read();
+        for (const json& event : {json{{"event", "progress"}, {"done", 1}, {"total", 9}},
+                                  json{{"event", "other"}},
+                                  json{{"event", "progress"}, {"done", 2}, {"total", 9}, {"left_s", 3.5}}})
+            connection.send(FakeConnection::message(MessageKind::event, request.id, event));
+        const auto cancel = connection.read();
+        CHECK(cancel.head.at("call") == "cancel");
+        CHECK(cancel.head.at("request") == request.id);
+        connection.answer(cancel.id, {{"cancelled", 1}});
+        connection.refuse(request.id, {{"code", "cancelled"}, {"message", "cancelled"}});
+        connection.answer(connection.read().id);
+        connection.wait_for_end();
+    });
+    const Client client = connect(server);
+    struct Told {
+        std::vector<std::int64_t> done;
+        double left_s = 0;
+    } told;
+    obscura_set_progress(
+        client.get(),
+        [](void* context, std::int64_t done, std::int64_t total, double left_s) {
+            auto& all = *static_cast<Told*>(context);
+            all.done.push_back(done);
+            CHECK(total == 9);
+            CHECK(std::isnan(left_s) == (done == 1));
+            all.left_s = left_s;
+            return done == 2 ? 1 : 0;
+        },
+        &told);
+    CHECK(obscura_call(client.get(), "render", nullptr, nullptr) == OBSCURA_CANCELLED);
+    CHECK(told.done == std::vector<std::int64_t>{1, 2});
+    CHECK(told.left_s == 3.5);
+    CHECK(obscura_call(client.get(), "status", nullptr, nullptr) == OBSCURA_OK);
+}
+
+TEST_CASE("another thread cancels a call that waits", "[clients]") {
+    std::atomic<bool> asked{false};
+    const FakeServer server([&](const FakeConnection& connection) {
+        connection.greet();
+        const auto request = connection.read();
+        asked = true;
+        if (connection.read().head.at("request") != request.id) return;
+        connection.refuse(request.id, {{"code", "cancelled"}, {"message", "cancelled"}});
+        connection.wait_for_end();
+    });
+    const Client client = connect(server);
+    obscura_cancel(client.get()); // of nothing: it does not hold for what comes
+    std::thread other([&] {
+        while (!asked)
+            std::this_thread::sleep_for(1ms);
+        obscura_cancel(client.get());
+    });
+    CHECK(obscura_call(client.get(), "render", nullptr, nullptr) == OBSCURA_CANCELLED);
+    other.join();
+}
+
+TEST_CASE("a server that falls silent is given up", "[clients]") {
+    const FakeServer server([](const FakeConnection& connection) {
+        connection.greet();
+        const auto request = connection.read();
+        connection.send(FakeConnection::message(MessageKind::answer, request.id, {{"a", 1}}).substr(0, 26));
+        connection.wait_for_end();
+    });
+    const Client client = connect(server, 0.05);
+    CHECK(obscura_call(client.get(), "render", nullptr, nullptr) == OBSCURA_LOST);
+    CHECK_THAT(obscura_last_error(client.get())->message, ContainsSubstring("no answer in time"));
+    CHECK(obscura_socket(client.get()) == -1);
+    CHECK(obscura_call(client.get(), "status", nullptr, nullptr) == OBSCURA_LOST);
+    CHECK_THAT(obscura_last_error(client.get())->message, ContainsSubstring("closed"));
+}
+
+TEST_CASE("an answer that is cut after any byte ends the connection", "[clients]") {
+    const std::string whole = FakeConnection::message(
+        MessageKind::answer, 2,
+        {{"text", std::string(40, 'x')}, {"numbers", {1, -1000, 1.5, nullptr, true}}, {"arrays", {array_row({2}, 0, 8)}}},
+        "12345678");
+    CHECK(outcome_of(whole).status == OBSCURA_OK);
+    for (std::size_t bytes = 0; bytes < whole.size(); ++bytes) {
+        const obscura_error error = outcome_of(whole.substr(0, bytes));
+        INFO(bytes);
+        CHECK(error.status == OBSCURA_LOST);
+        CHECK_THAT(error.message, ContainsSubstring("ended the connection"));
+    }
+}
+
+TEST_CASE("what is no message of the protocol ends the connection", "[clients]") {
+    const std::string good = FakeConnection::message(MessageKind::answer, 2, {{"a", 1}});
+    const auto changed = [&](std::size_t at, char byte) {
+        std::string text = good;
+        text[at] = byte;
+        return text;
+    };
+    for (const auto& [what, said] : std::vector<std::pair<const char*, std::string>>{
+             {"magic", changed(0, 'X')},
+             {"version", changed(4, 2)},
+             {"kind", changed(5, 9)},
+             {"flags", changed(6, 1)},
+             {"head of 4 GiB", changed(15, '\x7F')},
+             {"body of 2^63 bytes", changed(23, '\x7F')},
+             {"a page of the web", "HTTP/1.1 400 Bad Request\r\nConnection: close\r\n\r\n"},
+             {"no bytes", answer_of("")},
+             {"no map", answer_of("\x91\xC0")},
+             {"two values", answer_of("\x80\x80")},
+             {"levels", answer_of(std::string(100000, '\x91') + "\xC0")},
+             {"levels of maps", answer_of("\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x"
+                                          "\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\xC0")},
+             {"4 G elements", answer_of("\xDD\xFF\xFF\xFF\xFF")},
+             {"4 G members", answer_of("\xDF\xFF\xFF\xFF\xFF")},
+             {"4 G bytes", answer_of("\x81\xA1x\xDB\xFF\xFF\xFF\xFF")},
+             {"a key that is no string", answer_of("\x81\x01\x02")},
+             {"binary data", answer_of(std::string_view("\x81\xA1x\xC4\x00", 5))},
+             {"a code that is not used", answer_of("\xC1")},
+             {"2^64 - 1", answer_of("\x81\xA1x\xCF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF")},
+             {"too many values", answer_of("\xDD" + std::string("\x00\x20\x00\x00", 4) + std::string(1U << 21, '\xC0'))}}) {
+        INFO(what);
+        const obscura_error error = outcome_of(said);
+        CHECK(error.status == OBSCURA_LOST);
+        CHECK(std::string_view(error.message).size() > 20);
+    }
+    obscura_connect_options small{};
+    small.max_body_bytes = 7;
+    const std::string body = FakeConnection::message(MessageKind::answer, 2, json::object(), "12345678");
+    CHECK_THAT(outcome_of(body, small).message, ContainsSubstring("too large"));
+    CHECK(outcome_of(body).status == OBSCURA_OK);
+}
+
+TEST_CASE("arrays that are not in the body end the connection", "[clients]") {
+    for (const json& row :
+         {array_row({2}, 0, 12), array_row({2}, 8, 8), array_row({2}, 2, 8), array_row({3}, 0, 8), array_row({-2}, 0, 8),
+          array_row({2}, -4, 8), array_row({2}, 0, -8), array_row({2}, std::numeric_limits<std::int64_t>::max(), 8),
+          array_row({2}, 0, std::numeric_limits<std::int64_t>::max()), array_row({2}, 0, 7),
+          array_row({0}, 0, 8), array_row({1LL << 33, 1LL << 33}, 0, 8), array_row({2}, 0, 8, "<f2"),
+          array_row({2}, 0, 8, ">f4"), array_row({2}, 0, 8, "<f4x"), array_row({2}, 0, 8, ""), array_row("x", 0, 8),
+          array_row({2, "x"}, 0, 8), array_row({1, 1, 1, 1, 1, 1, 1, 1, 2}, 0, 8), json("row"), json{{"name", "a"}},
+          json{{"name", "a"}, {"dtype", "<f4"}, {"shape", {2}}, {"offset", 0}, {"bytes", 8}, {"codec", "lz4"}}}) {
+        INFO(row.dump());
+        const obscura_error error =
+            outcome_of(FakeConnection::message(MessageKind::answer, 2, {{"arrays", {row}}}, "12345678"));
+        CHECK(error.status == OBSCURA_LOST);
+        CHECK_THAT(error.message, ContainsSubstring("an array "));
+    }
+}
+
+TEST_CASE("noise for an answer does no harm", "[clients]") {
+    std::uint64_t state = 1;
+    const auto dice = [&state](std::uint64_t sides) {
+        state = state * 6364136223846793005U + 1442695040888963407U;
+        return (state >> 33) % sides;
+    };
+    const std::string good = FakeConnection::message(
+        MessageKind::answer, 2, {{"a", {1, 2.5, "text", nullptr}}, {"arrays", {array_row({2}, 0, 8)}}}, "12345678");
+    for (int run = 0; run < 300; ++run) {
+        std::string said = good;
+        for (std::uint64_t changes = 1 + dice(4); changes > 0; --changes)
+            said[dice(said.size())] = static_cast<char>(dice(256));
+        obscura_connect_options options{};
+        options.max_body_bytes = 1 << 20;
+        (void)outcome_of(said, options);
+    }
+}
+
+TEST_CASE("where no server is, none is found", "[clients]") {
+    const TempFolder folder;
+    for (const std::string& address : {(folder.path() / "socket").string(), std::string("127.0.0.1:1"), std::string("nonsense"),
+                                       std::string(":5152"), std::string("127.0.0.1:x"), "/" + std::string(300, 'x')}) {
+        obscura_error error;
+        CHECK(obscura_connect(address.c_str(), nullptr, &error) == nullptr);
+        CHECK(error.status == OBSCURA_LOST);
+        CHECK_THAT(error.message, ContainsSubstring("is `obscura serve` running there?"));
+    }
+    obscura_error error;
+    CHECK(obscura_connect(nullptr, nullptr, &error) == nullptr);
+    CHECK(error.status == OBSCURA_BAD_USE);
+    obscura_close(nullptr);
+    obscura_answer_free(nullptr);
+}
+
+TEST_CASE("a program that is no server is told of", "[clients]") {
+    const TempFolder folder;
+    const auto script = [&](const char* name, const std::string& text) {
+        const auto file = folder.write(name, "#!/bin/sh\n" + text);
+        std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+        return file.string();
+    };
+    const auto message = [](const std::string& program) {
+        obscura_start_options options{};
+        options.program = program.c_str();
+        options.timeout_s = 0.3;
+        obscura_error error;
+        CHECK(obscura_start(&options, &error) == nullptr);
+        CHECK(error.status == OBSCURA_LOST);
+        return std::string(error.message);
+    };
+    CHECK_THAT(message((folder.path() / "none").string()), ContainsSubstring("environment variable OBSCURA"));
+    CHECK(message(script("complains", "echo 'obscura: no licence' >&2; echo more >&2; exit 1\n")) == "obscura: no licence");
+    CHECK(message(script("ends", "exit 0\n")) == "the server ended at its start");
+    CHECK(message(script("sleeps", "exec cat\n")) == "the server ended at its start"); // it ends with its input
+}
