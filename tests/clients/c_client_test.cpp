@@ -64,13 +64,18 @@ obscura_error outcome_of(const std::string& said, obscura_connect_options option
 }
 
 json array_row(json shape, json offset, json bytes, const char* dtype = "<f4") {
-    return {{"name", "a"}, {"dtype", dtype}, {"shape", std::move(shape)}, {"offset", std::move(offset)},
-            {"codec", "none"}, {"bytes", std::move(bytes)}};
+    return {{"name", "a"},
+            {"dtype", dtype},
+            {"shape", std::move(shape)},
+            {"offset", std::move(offset)},
+            {"codec", "none"},
+            {"bytes", std::move(bytes)}};
 }
 
 /// An answer to the second request, whose head is these bytes of MessagePack.
 std::string answer_of(std::string_view packed) {
-    return obscura::service::frame_text({MessageKind::answer, 2, static_cast<std::uint32_t>(packed.size()), 0}) +
+    return obscura::service::frame_text(
+               {MessageKind::answer, 2, static_cast<std::uint32_t>(packed.size()), 0}) +
            std::string(packed);
 }
 
@@ -102,8 +107,8 @@ TEST_CASE("values arrive at the server as they were made", "[clients]") {
         obscura_put(many, std::to_string(i).c_str(), obscura_int(i));
     obscura_put(many, "7", obscura_string("seven"));
     const char* const words[] = {"a", "", nullptr};
-    obscura_value* value = obscura_map("numbers", numbers, "text", obscura_text(text.data(), text.size()), "many",
-                                       many, "words", obscura_strings(words), nullptr);
+    obscura_value* value = obscura_map("numbers", numbers, "text", obscura_text(text.data(), text.size()),
+                                       "many", many, "words", obscura_strings(words), nullptr);
     obscura_value* copy = obscura_value_copy(value);
     obscura_answer* raw = nullptr;
     REQUIRE(obscura_call(client.get(), "echo", obscura_map("value", value, nullptr), &raw) == OBSCURA_OK);
@@ -146,8 +151,9 @@ TEST_CASE("arrays of an answer are views of its body", "[clients]") {
         connection.greet();
         for (auto request = connection.read(); request.id != 0; request = connection.read())
             connection.answer(request.id,
-                              {{"arrays", {array_row({1, 2, 3}, 0, 24), array_row({2}, 24, 4, "<u2"),
-                                           array_row({0, 5}, 28, 0), array_row(json::array(), 4, 4)}}},
+                              {{"arrays",
+                                {array_row({1, 2, 3}, 0, 24), array_row({2}, 24, 4, "<u2"),
+                                 array_row({0, 5}, 28, 0), array_row(json::array(), 4, 4)}}},
                               body);
     });
     const Client client = connect(server);
@@ -242,7 +248,8 @@ TEST_CASE("a late answer can be waited for again, and one that is given up is th
         const auto second = connection.read();
         calls.push_back(connection.read().head.at("call")); // the cancel
         const auto third = connection.read();
-        const std::string late = FakeConnection::message(MessageKind::answer, second.id, {{"number", 2}}, "body");
+        const std::string late =
+            FakeConnection::message(MessageKind::answer, second.id, {{"number", 2}}, "body");
         connection.send(std::string_view(late).substr(0, 20));
         while (go < 2)
             std::this_thread::sleep_for(1ms);
@@ -265,7 +272,8 @@ TEST_CASE("a late answer can be waited for again, and one that is given up is th
 
     REQUIRE(obscura_render_begin(client.get(), nullptr) == OBSCURA_OK);
     REQUIRE(obscura_render_begin(client.get(), nullptr) == OBSCURA_OK);
-    CHECK(obscura_wait(client.get(), 0.02, &raw) == OBSCURA_PENDING); // part of the one that was given up is there
+    CHECK(obscura_wait(client.get(), 0.02, &raw) ==
+          OBSCURA_PENDING); // part of the one that was given up is there
     go = 2;
     REQUIRE(obscura_wait(client.get(), -1, &raw) == OBSCURA_OK);
     CHECK(number(Answer(raw)) == 3);
@@ -276,9 +284,9 @@ TEST_CASE("progress is told, and cancels if it is wished", "[clients]") {
     const FakeServer server([](const FakeConnection& connection) {
         connection.greet();
         const auto request = connection.read();
-        for (const json& event : {json{{"event", "progress"}, {"done", 1}, {"total", 9}},
-                                  json{{"event", "other"}},
-                                  json{{"event", "progress"}, {"done", 2}, {"total", 9}, {"left_s", 3.5}}})
+        for (const json& event :
+             {json{{"event", "progress"}, {"done", 1}, {"total", 9}}, json{{"event", "other"}},
+              json{{"event", "progress"}, {"done", 2}, {"total", 9}, {"left_s", 3.5}}})
             connection.send(FakeConnection::message(MessageKind::event, request.id, event));
         const auto cancel = connection.read();
         CHECK(cancel.head.at("call") == "cancel");
@@ -347,10 +355,11 @@ TEST_CASE("a server that falls silent is given up", "[clients]") {
 }
 
 TEST_CASE("an answer that is cut after any byte ends the connection", "[clients]") {
-    const std::string whole = FakeConnection::message(
-        MessageKind::answer, 2,
-        {{"text", std::string(40, 'x')}, {"numbers", {1, -1000, 1.5, nullptr, true}}, {"arrays", {array_row({2}, 0, 8)}}},
-        "12345678");
+    const std::string whole = FakeConnection::message(MessageKind::answer, 2,
+                                                      {{"text", std::string(40, 'x')},
+                                                       {"numbers", {1, -1000, 1.5, nullptr, true}},
+                                                       {"arrays", {array_row({2}, 0, 8)}}},
+                                                      "12345678");
     CHECK(outcome_of(whole).status == OBSCURA_OK);
     for (std::size_t bytes = 0; bytes < whole.size(); ++bytes) {
         const obscura_error error = outcome_of(whole.substr(0, bytes));
@@ -379,8 +388,9 @@ TEST_CASE("what is no message of the protocol ends the connection", "[clients]")
              {"no map", answer_of("\x91\xC0")},
              {"two values", answer_of("\x80\x80")},
              {"levels", answer_of(std::string(100000, '\x91') + "\xC0")},
-             {"levels of maps", answer_of("\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x"
-                                          "\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\xC0")},
+             {"levels of maps",
+              answer_of("\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x"
+                        "\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\x81\xA1x\xC0")},
              {"4 G elements", answer_of("\xDD\xFF\xFF\xFF\xFF")},
              {"4 G members", answer_of("\xDF\xFF\xFF\xFF\xFF")},
              {"4 G bytes", answer_of("\x81\xA1x\xDB\xFF\xFF\xFF\xFF")},
@@ -388,7 +398,8 @@ TEST_CASE("what is no message of the protocol ends the connection", "[clients]")
              {"binary data", answer_of(std::string_view("\x81\xA1x\xC4\x00", 5))},
              {"a code that is not used", answer_of("\xC1")},
              {"2^64 - 1", answer_of("\x81\xA1x\xCF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF")},
-             {"too many values", answer_of("\xDD" + std::string("\x00\x20\x00\x00", 4) + std::string(1U << 21, '\xC0'))}}) {
+             {"too many values",
+              answer_of("\xDD" + std::string("\x00\x20\x00\x00", 4) + std::string(1U << 21, '\xC0'))}}) {
         INFO(what);
         const obscura_error error = outcome_of(said);
         CHECK(error.status == OBSCURA_LOST);
@@ -402,14 +413,33 @@ TEST_CASE("what is no message of the protocol ends the connection", "[clients]")
 }
 
 TEST_CASE("arrays that are not in the body end the connection", "[clients]") {
-    for (const json& row :
-         {array_row({2}, 0, 12), array_row({2}, 8, 8), array_row({2}, 2, 8), array_row({3}, 0, 8), array_row({-2}, 0, 8),
-          array_row({2}, -4, 8), array_row({2}, 0, -8), array_row({2}, std::numeric_limits<std::int64_t>::max(), 8),
-          array_row({2}, 0, std::numeric_limits<std::int64_t>::max()), array_row({2}, 0, 7),
-          array_row({0}, 0, 8), array_row({1LL << 33, 1LL << 33}, 0, 8), array_row({2}, 0, 8, "<f2"),
-          array_row({2}, 0, 8, ">f4"), array_row({2}, 0, 8, "<f4x"), array_row({2}, 0, 8, ""), array_row("x", 0, 8),
-          array_row({2, "x"}, 0, 8), array_row({1, 1, 1, 1, 1, 1, 1, 1, 2}, 0, 8), json("row"), json{{"name", "a"}},
-          json{{"name", "a"}, {"dtype", "<f4"}, {"shape", {2}}, {"offset", 0}, {"bytes", 8}, {"codec", "lz4"}}}) {
+    for (const json& row : {array_row({2}, 0, 12),
+                            array_row({2}, 8, 8),
+                            array_row({2}, 2, 8),
+                            array_row({3}, 0, 8),
+                            array_row({-2}, 0, 8),
+                            array_row({2}, -4, 8),
+                            array_row({2}, 0, -8),
+                            array_row({2}, std::numeric_limits<std::int64_t>::max(), 8),
+                            array_row({2}, 0, std::numeric_limits<std::int64_t>::max()),
+                            array_row({2}, 0, 7),
+                            array_row({0}, 0, 8),
+                            array_row({1LL << 33, 1LL << 33}, 0, 8),
+                            array_row({2}, 0, 8, "<f2"),
+                            array_row({2}, 0, 8, ">f4"),
+                            array_row({2}, 0, 8, "<f4x"),
+                            array_row({2}, 0, 8, ""),
+                            array_row("x", 0, 8),
+                            array_row({2, "x"}, 0, 8),
+                            array_row({1, 1, 1, 1, 1, 1, 1, 1, 2}, 0, 8),
+                            json("row"),
+                            json{{"name", "a"}},
+                            json{{"name", "a"},
+                                 {"dtype", "<f4"},
+                                 {"shape", {2}},
+                                 {"offset", 0},
+                                 {"bytes", 8},
+                                 {"codec", "lz4"}}}) {
         INFO(row.dump());
         const obscura_error error =
             outcome_of(FakeConnection::message(MessageKind::answer, 2, {{"arrays", {row}}}, "12345678"));
@@ -425,7 +455,8 @@ TEST_CASE("noise for an answer does no harm", "[clients]") {
         return (state >> 33) % sides;
     };
     const std::string good = FakeConnection::message(
-        MessageKind::answer, 2, {{"a", {1, 2.5, "text", nullptr}}, {"arrays", {array_row({2}, 0, 8)}}}, "12345678");
+        MessageKind::answer, 2, {{"a", {1, 2.5, "text", nullptr}}, {"arrays", {array_row({2}, 0, 8)}}},
+        "12345678");
     for (int run = 0; run < 300; ++run) {
         std::string said = good;
         for (std::uint64_t changes = 1 + dice(4); changes > 0; --changes)
@@ -438,8 +469,9 @@ TEST_CASE("noise for an answer does no harm", "[clients]") {
 
 TEST_CASE("where no server is, none is found", "[clients]") {
     const TempFolder folder;
-    for (const std::string& address : {(folder.path() / "socket").string(), std::string("127.0.0.1:1"), std::string("nonsense"),
-                                       std::string(":5152"), std::string("127.0.0.1:x"), "/" + std::string(300, 'x')}) {
+    for (const std::string& address :
+         {(folder.path() / "socket").string(), std::string("127.0.0.1:1"), std::string("nonsense"),
+          std::string(":5152"), std::string("127.0.0.1:x"), "/" + std::string(300, 'x')}) {
         obscura_error error;
         CHECK(obscura_connect(address.c_str(), nullptr, &error) == nullptr);
         CHECK(error.status == OBSCURA_LOST);
@@ -469,7 +501,9 @@ TEST_CASE("a program that is no server is told of", "[clients]") {
         return std::string(error.message);
     };
     CHECK_THAT(message((folder.path() / "none").string()), ContainsSubstring("environment variable OBSCURA"));
-    CHECK(message(script("complains", "echo 'obscura: no licence' >&2; echo more >&2; exit 1\n")) == "obscura: no licence");
+    CHECK(message(script("complains", "echo 'obscura: no licence' >&2; echo more >&2; exit 1\n")) ==
+          "obscura: no licence");
     CHECK(message(script("ends", "exit 0\n")) == "the server ended at its start");
-    CHECK(message(script("sleeps", "exec cat\n")) == "the server ended at its start"); // it ends with its input
+    CHECK(message(script("sleeps", "exec cat\n")) ==
+          "the server ended at its start"); // it ends with its input
 }

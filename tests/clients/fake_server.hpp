@@ -59,8 +59,8 @@ public:
                                std::string_view body = {}) {
         std::string packed;
         nlohmann::json::to_msgpack(head, packed);
-        return service::frame_text({kind, id, static_cast<std::uint32_t>(packed.size()), body.size()}) + packed +
-               std::string(body);
+        return service::frame_text({kind, id, static_cast<std::uint32_t>(packed.size()), body.size()}) +
+               packed + std::string(body);
     }
     /// Answers `hello`.
     void greet() const { answer(read().id, {{"server", "obscura"}, {"version", "fake"}}); }

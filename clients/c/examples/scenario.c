@@ -17,20 +17,21 @@ static void print_digest(const obscura_answer* picture, const char* name) {
 }
 
 static obscura_status render(obscura_client* camera, obscura_answer** picture) {
-    obscura_value* view = obscura_map("width", obscura_int(64), "height", obscura_int(48), "focal_length_mm", obscura_int(25),
-                                      "pixel_pitch_um", obscura_int(20), "boresight", obscura_vector(0, 0, 1), "up",
-                                      obscura_vector(0, -1, 0), NULL);
+    obscura_value* view = obscura_map("width", obscura_int(64), "height", obscura_int(48), "focal_length_mm",
+                                      obscura_int(25), "pixel_pitch_um", obscura_int(20), "boresight",
+                                      obscura_vector(0, 0, 1), "up", obscura_vector(0, -1, 0), NULL);
     obscura_value* sun = obscura_map("direction", obscura_vector(-1, -1, -2), NULL);
-    obscura_value* ball = obscura_map("name", obscura_string("ball"), "shape", obscura_string("ellipsoid"), "radii_m",
-                                      obscura_vector(1, 1, 1), "albedo", obscura_number(0.3), "position_m",
-                                      obscura_vector(0, 0, 40), NULL);
+    obscura_value* ball = obscura_map("name", obscura_string("ball"), "shape", obscura_string("ellipsoid"),
+                                      "radii_m", obscura_vector(1, 1, 1), "albedo", obscura_number(0.3),
+                                      "position_m", obscura_vector(0, 0, 40), NULL);
     obscura_status status = obscura_load_scene(camera, obscura_map("camera", view, "sun", sun, NULL));
     if (status == OBSCURA_OK)
         status = obscura_add(camera, "body", ball);
     else
         obscura_value_free(ball);
     if (status == OBSCURA_OK)
-        status = obscura_set_numbers(camera, "body", "ball", "position_m", (const double[]){0.25, -0.5, 20}, 3);
+        status =
+            obscura_set_numbers(camera, "body", "ball", "position_m", (const double[]){0.25, -0.5, 20}, 3);
     const obscura_render_options options = {
         .time_s = 2.5, .samples = 4, .seed = 7, .layers = (const char* const[]){"depth_m", NULL}};
     return status == OBSCURA_OK ? obscura_render(camera, &options, picture) : status;

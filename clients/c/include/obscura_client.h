@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* C client of the Obscura rendering server: connections, calls, pictures whose arrays are views of what was received. */
+/* C client of the Obscura rendering server: connections, calls, pictures whose arrays are views of what was
+ * received. */
 /**
  * @file
  * C client of the Obscura rendering server (`obscura serve`).
@@ -12,16 +13,16 @@
  *     obscura_answer_free(picture);
  *     obscura_close(camera);
  *
- * The library is C11 over POSIX sockets and needs nothing else. It neither prints nor exits, raises no signal and keeps no
- * global state. Different clients may be used by different threads at once; one client is for one thread at a time, but
- * obscura_cancel() is for any. Every wait has a limit. What a server sends is checked: a hostile one can be refused service,
- * not memory.
+ * The library is C11 over POSIX sockets and needs nothing else. It neither prints nor exits, raises no signal
+ * and keeps no global state. Different clients may be used by different threads at once; one client is for
+ * one thread at a time, but obscura_cancel() is for any. Every wait has a limit. What a server sends is
+ * checked: a hostile one can be refused service, not memory.
  *
- * Names, units and ranges of scene keys are those of scene files (docs/reference/scene.md, `obscura keys`), names and fields
- * of calls those of docs/reference/calls.md.
+ * Names, units and ranges of scene keys are those of scene files (docs/reference/scene.md, `obscura keys`),
+ * names and fields of calls those of docs/reference/calls.md.
  *
- * Ownership: an obscura_value that is given to a function belongs to that function from then on, whatever it returns. What a
- * function returns as `const` lives as long as what it was asked of.
+ * Ownership: an obscura_value that is given to a function belongs to that function from then on, whatever it
+ * returns. What a function returns as `const` lives as long as what it was asked of.
  */
 #ifndef OBSCURA_CLIENT_H
 #define OBSCURA_CLIENT_H
@@ -59,10 +60,12 @@ typedef enum obscura_status {
     OBSCURA_REFUSED = 2,   /**< the server refused the request; connection and scene are as they were */
     OBSCURA_CANCELLED = 3, /**< the request was cancelled; connection and scene are as they were */
     OBSCURA_LOST = 4,      /**< the connection is gone, and with it the scene */
-    OBSCURA_BAD_USE = 5    /**< nothing was sent: an argument is wrong, a value cannot be sent, or memory is short */
+    OBSCURA_BAD_USE =
+        5 /**< nothing was sent: an argument is wrong, a value cannot be sent, or memory is short */
 } obscura_status;
 
-/** What went wrong. All texts are UTF-8 and end with 0; those that are not known are empty, long ones are cut. */
+/** What went wrong. All texts are UTF-8 and end with 0; those that are not known are empty, long ones are
+ * cut. */
 typedef struct obscura_error {
     obscura_status status;
     char code[64];      /**< word: "bad-argument", "bad-scene", "cancelled", "connection-lost", ... */
@@ -92,16 +95,19 @@ typedef struct obscura_start_options {
 } obscura_start_options;
 
 /**
- * Client of a server that runs: "HOST:PORT" such as "127.0.0.1:5152", or the path of its Unix socket, which has a "/".
+ * Client of a server that runs: "HOST:PORT" such as "127.0.0.1:5152", or the path of its Unix socket, which
+ * has a "/".
  * @param options NULL: the defaults
  * @param error filled on failure; may be NULL
  * @return NULL on failure
  */
-OBSCURA_API obscura_client* obscura_connect(const char* address, const obscura_connect_options* options, obscura_error* error);
+OBSCURA_API obscura_client* obscura_connect(const char* address, const obscura_connect_options* options,
+                                            obscura_error* error);
 
 /**
- * Starts a server of this program's own and connects to it. The server ends with the client, or with this program; it is
- * out of reach of others and of the terminal's Ctrl-C. Parameters and result as of obscura_connect().
+ * Starts a server of this program's own and connects to it. The server ends with the client, or with this
+ * program; it is out of reach of others and of the terminal's Ctrl-C. Parameters and result as of
+ * obscura_connect().
  */
 OBSCURA_API obscura_client* obscura_start(const obscura_start_options* options, obscura_error* error);
 
@@ -114,14 +120,15 @@ OBSCURA_API const obscura_error* obscura_last_error(const obscura_client* client
 /** What the server said of itself at the start: version, permission, limits, ... (call `hello`). */
 OBSCURA_API const obscura_value* obscura_server(const obscura_client* client);
 
-/** Socket for poll() beside obscura_begin() and obscura_wait(); -1 after the connection was lost. Not for reading. */
+/** Socket for poll() beside obscura_begin() and obscura_wait(); -1 after the connection was lost. Not for
+ * reading. */
 OBSCURA_API int obscura_socket(const obscura_client* client);
 
 /* Calls */
 
 /**
- * News of a call that takes long, at most five a second. A result other than 0 cancels the call. `left_s` is NAN before it is
- * known. Called by the thread that waits; it may not use the client.
+ * News of a call that takes long, at most five a second. A result other than 0 cancels the call. `left_s` is
+ * NAN before it is known. Called by the thread that waits; it may not use the client.
  */
 typedef int (*obscura_progress)(void* context, int64_t done, int64_t total, double left_s);
 
@@ -133,28 +140,31 @@ OBSCURA_API void obscura_set_progress(obscura_client* client, obscura_progress p
  * @param fields map of the call's fields; NULL: none
  * @param answer receives the answer, which is to be freed, or NULL on failure; may be NULL
  */
-OBSCURA_API obscura_status obscura_call(obscura_client* client, const char* name, obscura_value* fields, obscura_answer** answer);
+OBSCURA_API obscura_status obscura_call(obscura_client* client, const char* name, obscura_value* fields,
+                                        obscura_answer** answer);
 
 /**
- * Sends a request, without waiting for the answer, which obscura_wait() gets. A request that is in progress already is
- * cancelled and its answer thrown away.
+ * Sends a request, without waiting for the answer, which obscura_wait() gets. A request that is in progress
+ * already is cancelled and its answer thrown away.
  */
 OBSCURA_API obscura_status obscura_begin(obscura_client* client, const char* name, obscura_value* fields);
 
 /**
  * Answer of the request in progress.
- * @param wait_s longest wait; 0: only look; below 0: until the server has been silent for the client's timeout
+ * @param wait_s longest wait; 0: only look; below 0: until the server has been silent for the client's
+ * timeout
  * @return OBSCURA_PENDING if it is not there yet: it can be waited for again
  */
 OBSCURA_API obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answer** answer);
 
 /**
- * Cancels the request in progress, which then ends with OBSCURA_CANCELLED, or with its answer if that was on the way. For
- * any thread and for signal handlers, while the client is not being closed.
+ * Cancels the request in progress, which then ends with OBSCURA_CANCELLED, or with its answer if that was on
+ * the way. For any thread and for signal handlers, while the client is not being closed.
  */
 OBSCURA_API void obscura_cancel(obscura_client* client);
 
-/* Scene: calls with their fields as arguments. `item` is the name of an element of "body", "lamp", ...; else NULL. */
+/* Scene: calls with their fields as arguments. `item` is the name of an element of "body", "lamp", ...; else
+ * NULL. */
 
 /** Replaces the scene by a shipped one ("demo") or by a file below the server's folder. */
 OBSCURA_API obscura_status obscura_load(obscura_client* client, const char* file);
@@ -163,28 +173,31 @@ OBSCURA_API obscura_status obscura_load_toml(obscura_client* client, const char*
 /** Replaces the scene by a map of tables. */
 OBSCURA_API obscura_status obscura_load_scene(obscura_client* client, obscura_value* scene);
 /** Changes keys of a table ("camera", "sun", ...) or of an element: all or none. nil removes a key. */
-OBSCURA_API obscura_status obscura_set(obscura_client* client, const char* section, const char* item, obscura_value* keys);
+OBSCURA_API obscura_status obscura_set(obscura_client* client, const char* section, const char* item,
+                                       obscura_value* keys);
 /** Changes one key to a number. */
-OBSCURA_API obscura_status obscura_set_number(obscura_client* client, const char* section, const char* item, const char* key,
-                                              double value);
+OBSCURA_API obscura_status obscura_set_number(obscura_client* client, const char* section, const char* item,
+                                              const char* key, double value);
 /** Changes one key to an array of numbers. */
-OBSCURA_API obscura_status obscura_set_numbers(obscura_client* client, const char* section, const char* item, const char* key,
-                                               const double* values, size_t count);
+OBSCURA_API obscura_status obscura_set_numbers(obscura_client* client, const char* section, const char* item,
+                                               const char* key, const double* values, size_t count);
 /** Changes one key to a string. */
-OBSCURA_API obscura_status obscura_set_string(obscura_client* client, const char* section, const char* item, const char* key,
-                                              const char* value);
+OBSCURA_API obscura_status obscura_set_string(obscura_client* client, const char* section, const char* item,
+                                              const char* key, const char* value);
 /** Adds a body, a lamp, ... */
 OBSCURA_API obscura_status obscura_add(obscura_client* client, const char* section, obscura_value* keys);
 /** Removes a table or an element. */
 OBSCURA_API obscura_status obscura_remove(obscura_client* client, const char* section, const char* item);
 /** The keys that are given; `*keys` is to be freed with obscura_value_free(), NULL on failure. */
-OBSCURA_API obscura_status obscura_get(obscura_client* client, const char* section, const char* item, obscura_value** keys);
+OBSCURA_API obscura_status obscura_get(obscura_client* client, const char* section, const char* item,
+                                       obscura_value** keys);
 /** The scene as a scene file; `*toml` is to be freed with free(), NULL on failure. */
 OBSCURA_API obscura_status obscura_export(obscura_client* client, char** toml);
 
 /* Pictures */
 
-/** Fields of `render`. Members that are 0 are not sent, so that the server's default holds (also for seed 0: use obscura_call()). */
+/** Fields of `render`. Members that are 0 are not sent, so that the server's default holds (also for seed 0:
+ * use obscura_call()). */
 typedef struct obscura_render_options {
     double time_s;             /**< scene time of mid-exposure */
     double exposure_s;         /**< exposure time */
@@ -202,15 +215,16 @@ typedef struct obscura_render_options {
 } obscura_render_options;
 
 /**
- * Renders the scene. The picture's first array, "irradiance" or "radiance", is float32 [bands, height, width] with the first
- * row on top; the others are the layers, float32 [height, width], NAN where nothing is.
+ * Renders the scene. The picture's first array, "irradiance" or "radiance", is float32 [bands, height, width]
+ * with the first row on top; the others are the layers, float32 [height, width], NAN where nothing is.
  * @param options NULL: the defaults
  * @param picture receives the picture, which is to be freed, or NULL on failure
  */
 OBSCURA_API obscura_status obscura_render(obscura_client* client, const obscura_render_options* options,
                                           obscura_answer** picture);
 /** Sends the request of obscura_render() without waiting for the picture, as obscura_begin(). */
-OBSCURA_API obscura_status obscura_render_begin(obscura_client* client, const obscura_render_options* options);
+OBSCURA_API obscura_status obscura_render_begin(obscura_client* client,
+                                                const obscura_render_options* options);
 
 /* Answers */
 
@@ -237,7 +251,8 @@ OBSCURA_API const obscura_array* obscura_array_find(const obscura_answer* answer
 /** Frees the answer with its map and arrays. NULL is ignored. */
 OBSCURA_API void obscura_answer_free(obscura_answer* answer);
 
-/* Values: makers. Where memory is short they return NULL, which makes a map or array that it is put into unfit to be sent. */
+/* Values: makers. Where memory is short they return NULL, which makes a map or array that it is put into
+ * unfit to be sent. */
 
 OBSCURA_API obscura_value* obscura_nil(void);
 OBSCURA_API obscura_value* obscura_bool(int value);
@@ -257,7 +272,8 @@ OBSCURA_API obscura_value* obscura_vector(double x, double y, double z);
 OBSCURA_API obscura_value* obscura_strings(const char* const* texts);
 /** Empty map. */
 OBSCURA_API obscura_value* obscura_map_new(void);
-/** Map of names and values in turn, with NULL behind the last: obscura_map("albedo", obscura_number(0.3), NULL). */
+/** Map of names and values in turn, with NULL behind the last: obscura_map("albedo", obscura_number(0.3),
+ * NULL). */
 OBSCURA_API obscura_value* obscura_map(const char* name, ...) OBSCURA_ENDS_WITH_NULL;
 /** Puts an element at the end of an array. */
 OBSCURA_API void obscura_append(obscura_value* array, obscura_value* element);

@@ -21,19 +21,21 @@ static size_t bytes_of(const char* dtype) {
 }
 
 /** Fills the view that a row describes; returns NULL, or what is wrong with the row. */
-static const char* read_row(obscura_array* view, const obscura_value* row, const unsigned char* body, size_t body_bytes) {
+static const char* read_row(obscura_array* view, const obscura_value* row, const unsigned char* body,
+                            size_t body_bytes) {
     view->name = obscura_as_string(obscura_find(row, "name"));
     view->dtype = obscura_as_string(obscura_find(row, "dtype"));
     const obscura_value* shape = obscura_find(row, "shape");
     const char* codec = obscura_as_string(obscura_find(row, "codec"));
-    const int64_t offset = obscura_as_int(obscura_find(row, "offset"), -1), bytes = obscura_as_int(obscura_find(row, "bytes"), -1);
+    const int64_t offset = obscura_as_int(obscura_find(row, "offset"), -1),
+                  bytes = obscura_as_int(obscura_find(row, "bytes"), -1);
     const size_t each = bytes_of(view->dtype);
     view->dimensions = obscura_count(shape);
     if (codec != NULL && strcmp(codec, "none") != 0) return "an array is compressed";
     if (view->name == NULL || each == 0 || obscura_type_of(shape) != OBSCURA_ARRAY || view->dimensions > 8)
         return "an array has no name, or no shape, or a type that is not known";
-    if (offset < 0 || bytes < 0 || (uint64_t)offset > body_bytes || (uint64_t)bytes > body_bytes - (uint64_t)offset ||
-        (uint64_t)offset % each != 0)
+    if (offset < 0 || bytes < 0 || (uint64_t)offset > body_bytes ||
+        (uint64_t)bytes > body_bytes - (uint64_t)offset || (uint64_t)offset % each != 0)
         return "an array is not inside the body";
     view->bytes = (size_t)bytes;
     view->count = view->bytes / each;
@@ -50,7 +52,8 @@ static const char* read_row(obscura_array* view, const obscura_value* row, const
         else
             left /= (size_t)length;
     }
-    if (view->bytes % each != 0 || (empty ? view->count != 0 : left != 1)) return "an array has another shape than bytes";
+    if (view->bytes % each != 0 || (empty ? view->count != 0 : left != 1))
+        return "an array has another shape than bytes";
     view->data = body + offset;
     view->floats = strcmp(view->dtype, "<f4") == 0 ? view->data : NULL;
     return NULL;

@@ -5,8 +5,8 @@
 
 #include "obscura_client.h"
 
-/** Makes an answer of a head and the body that was received with it, both of which are taken over. NULL with a reason in `why`
- * if the rows `arrays` of the head do not describe the body, or memory is short. */
+/** Makes an answer of a head and the body that was received with it, both of which are taken over. NULL with
+ * a reason in `why` if the rows `arrays` of the head do not describe the body, or memory is short. */
 obscura_answer* oc_answer_new(obscura_value* map, unsigned char* body, size_t body_bytes, const char** why);
 /** Takes the map out of the answer. */
 obscura_value* oc_answer_take_map(obscura_answer* answer);

@@ -26,23 +26,25 @@ static obscura_value* place(const char* section, const char* item) {
     return fields;
 }
 
-obscura_status obscura_set(obscura_client* client, const char* section, const char* item, obscura_value* keys) {
+obscura_status obscura_set(obscura_client* client, const char* section, const char* item,
+                           obscura_value* keys) {
     obscura_value* fields = place(section, item);
     obscura_put(fields, "keys", keys);
     return obscura_call(client, "scene.set", fields, NULL);
 }
 
-obscura_status obscura_set_number(obscura_client* client, const char* section, const char* item, const char* key, double value) {
+obscura_status obscura_set_number(obscura_client* client, const char* section, const char* item,
+                                  const char* key, double value) {
     return obscura_set(client, section, item, obscura_map(key, obscura_number(value), NULL));
 }
 
-obscura_status obscura_set_numbers(obscura_client* client, const char* section, const char* item, const char* key,
-                                   const double* values, size_t count) {
+obscura_status obscura_set_numbers(obscura_client* client, const char* section, const char* item,
+                                   const char* key, const double* values, size_t count) {
     return obscura_set(client, section, item, obscura_map(key, obscura_numbers(values, count), NULL));
 }
 
-obscura_status obscura_set_string(obscura_client* client, const char* section, const char* item, const char* key,
-                                  const char* value) {
+obscura_status obscura_set_string(obscura_client* client, const char* section, const char* item,
+                                  const char* key, const char* value) {
     return obscura_set(client, section, item, obscura_map(key, obscura_string(value), NULL));
 }
 
@@ -56,7 +58,8 @@ obscura_status obscura_remove(obscura_client* client, const char* section, const
     return obscura_call(client, "scene.remove", place(section, item), NULL);
 }
 
-obscura_status obscura_get(obscura_client* client, const char* section, const char* item, obscura_value** keys) {
+obscura_status obscura_get(obscura_client* client, const char* section, const char* item,
+                           obscura_value** keys) {
     *keys = NULL;
     obscura_answer* answer;
     const obscura_status status = obscura_call(client, "scene.get", place(section, item), &answer);
@@ -97,7 +100,8 @@ static obscura_value* render_fields(const obscura_render_options* options) {
     put_int(fields, "height", options->height);
     const int* window = options->window;
     if (window[0] != 0 || window[1] != 0 || window[2] != 0 || window[3] != 0)
-        obscura_put(fields, "window", obscura_numbers((double[]){window[0], window[1], window[2], window[3]}, 4));
+        obscura_put(fields, "window",
+                    obscura_numbers((double[]){window[0], window[1], window[2], window[3]}, 4));
     put_int(fields, "samples", options->samples);
     put_number(fields, "error", options->error);
     put_int(fields, "max_samples", options->max_samples);
@@ -109,7 +113,8 @@ static obscura_value* render_fields(const obscura_render_options* options) {
     return fields;
 }
 
-obscura_status obscura_render(obscura_client* client, const obscura_render_options* options, obscura_answer** picture) {
+obscura_status obscura_render(obscura_client* client, const obscura_render_options* options,
+                              obscura_answer** picture) {
     return obscura_call(client, "render", render_fields(options), picture);
 }
 

@@ -47,7 +47,8 @@ static obscura_status closed(obscura_client* client) {
 
 /* Sending */
 
-/** Sends the bytes, or ends the connection. A server that has hung up may have said why: that is for the reader. */
+/** Sends the bytes, or ends the connection. A server that has hung up may have said why: that is for the
+ * reader. */
 static obscura_status send_all(obscura_client* client, const unsigned char* data, size_t bytes) {
     const double until_s = oc_now_s() + client->timeout_s;
     while (bytes > 0) {
@@ -73,7 +74,8 @@ static void put_little(unsigned char* to, uint64_t number, int bytes) {
 }
 
 /** Sends a request with a number of its own, which it writes to `id`. Takes over `fields`. */
-static obscura_status send_request(obscura_client* client, const char* name, obscura_value* fields, uint32_t* id) {
+static obscura_status send_request(obscura_client* client, const char* name, obscura_value* fields,
+                                   uint32_t* id) {
     oc_buffer out = {0};
     static const unsigned char frame[OC_FRAME_BYTES] = {'O', 'B', 'S', 'C', 1, OC_REQUEST};
     oc_buffer_add(&out, frame, sizeof frame);
@@ -84,8 +86,9 @@ static obscura_status send_request(obscura_client* client, const char* name, obs
     if (why != NULL) {
         status = oc_fail(&client->error, OBSCURA_BAD_USE, "bad-use", "%s: %s", name, why);
     } else if (out.size - OC_FRAME_BYTES > MOST_REQUEST_BYTES) {
-        status = oc_fail(&client->error, OBSCURA_BAD_USE, "too-large", "%s: a request of %zu bytes, allowed %d", name,
-                         out.size - OC_FRAME_BYTES, (int)MOST_REQUEST_BYTES);
+        status =
+            oc_fail(&client->error, OBSCURA_BAD_USE, "too-large", "%s: a request of %zu bytes, allowed %d",
+                    name, out.size - OC_FRAME_BYTES, (int)MOST_REQUEST_BYTES);
     } else {
         *id = client->next_id;
         client->next_id = client->next_id == UINT32_MAX ? 1 : client->next_id + 1;
@@ -137,7 +140,7 @@ obscura_status obscura_begin(obscura_client* client, const char* name, obscura_v
 }
 
 void obscura_cancel(obscura_client* client) {
-    const int fault = errno; /* for signal handlers */
+    const int fault = errno;                 /* for signal handlers */
     if (write(client->wake[1], "", 1) < 0) { /* full: it is known already */
     }
     errno = fault;
@@ -220,7 +223,8 @@ static obscura_status take_message(obscura_client* client, obscura_answer** answ
 obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answer** answer) {
     if (answer != NULL) *answer = NULL;
     if (client->socket < 0) return client->error.status == OBSCURA_LOST ? OBSCURA_LOST : closed(client);
-    if (client->current == 0) return oc_fail(&client->error, OBSCURA_BAD_USE, "bad-use", "no request is in progress");
+    if (client->current == 0)
+        return oc_fail(&client->error, OBSCURA_BAD_USE, "bad-use", "no request is in progress");
     const double end_s = wait_s < 0 ? INFINITY : oc_now_s() + wait_s;
     for (;;) {
         const int got = oc_receive(client);
@@ -233,7 +237,8 @@ obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answe
         if (now_s >= end_s) return OBSCURA_PENDING;
         if (got > 0) continue;
         if (now_s >= silent_s) return oc_lose(client, "%s: no answer in time", client->address);
-        const int ready = oc_wait_for(client->socket, POLLIN, client->wake[0], silent_s < end_s ? silent_s : end_s);
+        const int ready =
+            oc_wait_for(client->socket, POLLIN, client->wake[0], silent_s < end_s ? silent_s : end_s);
         if ((ready & 2) != 0) {
             forget_wakes(client);
             const obscura_status status = send_cancel(client);
@@ -242,7 +247,8 @@ obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answe
     }
 }
 
-obscura_status obscura_call(obscura_client* client, const char* name, obscura_value* fields, obscura_answer** answer) {
+obscura_status obscura_call(obscura_client* client, const char* name, obscura_value* fields,
+                            obscura_answer** answer) {
     if (answer != NULL) *answer = NULL;
     const obscura_status status = obscura_begin(client, name, fields);
     return status == OBSCURA_OK ? obscura_wait(client, -1, answer) : status;
@@ -250,13 +256,15 @@ obscura_status obscura_call(obscura_client* client, const char* name, obscura_va
 
 /* Connections */
 
-obscura_client* obscura_connect(const char* address, const obscura_connect_options* options, obscura_error* error) {
+obscura_client* obscura_connect(const char* address, const obscura_connect_options* options,
+                                obscura_error* error) {
     static const obscura_connect_options defaults = {0};
     if (options == NULL) options = &defaults;
     obscura_client* client = calloc(1, sizeof *client);
     if (address == NULL || client == NULL) {
         free(client);
-        oc_fail(error, OBSCURA_BAD_USE, "bad-use", "%s", address == NULL ? "no address" : "not enough memory");
+        oc_fail(error, OBSCURA_BAD_USE, "bad-use", "%s",
+                address == NULL ? "no address" : "not enough memory");
         return NULL;
     }
     client->socket = client->wake[0] = client->wake[1] = -1;
@@ -271,8 +279,8 @@ obscura_client* obscura_connect(const char* address, const obscura_connect_optio
     } else if ((client->socket = oc_open(address, oc_now_s() + client->timeout_s, why, sizeof why)) < 0) {
         oc_lose(client, "%s", why);
     } else {
-        obscura_value* fields = obscura_map("protocol_min", obscura_int(1), "protocol_max", obscura_int(1), "client",
-                                            obscura_string("libobscura-client"), NULL);
+        obscura_value* fields = obscura_map("protocol_min", obscura_int(1), "protocol_max", obscura_int(1),
+                                            "client", obscura_string("libobscura-client"), NULL);
         if (obscura_call(client, "hello", fields, &client->hello) == OBSCURA_OK) return client;
     }
     if (error != NULL) *error = client->error;

@@ -27,8 +27,8 @@ typedef struct oc_incoming {
 } oc_incoming;
 
 struct obscura_client {
-    int socket;   /**< non-blocking; -1: lost */
-    int wake[2];  /**< pipe: a byte in it cancels the request in progress */
+    int socket;  /**< non-blocking; -1: lost */
+    int wake[2]; /**< pipe: a byte in it cancels the request in progress */
     char* address;
     double timeout_s;
     uint64_t max_body_bytes;
@@ -44,9 +44,11 @@ struct obscura_client {
 };
 
 /** Ends the connection; the client only waits to be freed. Returns OBSCURA_LOST. */
-obscura_status oc_lose(obscura_client* client, const char* message, ...) __attribute__((format(printf, 2, 3)));
+obscura_status oc_lose(obscura_client* client, const char* message, ...)
+    __attribute__((format(printf, 2, 3)));
 
-/** Ends the server, at the latest after some seconds by force; writes the first line of what it complained of. */
+/** Ends the server, at the latest after some seconds by force; writes the first line of what it complained
+ * of. */
 void oc_server_end(oc_server* server, char* complaint, size_t bytes);
 
 #endif

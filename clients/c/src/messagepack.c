@@ -35,7 +35,8 @@ static void add_coded(oc_buffer* out, unsigned code, uint64_t number, int bytes)
 }
 
 /** Start of a string (`code8` 0xD9), array or map (no form of 8 bits: 0). */
-static void add_count(oc_buffer* out, size_t count, unsigned fix, size_t fix_most, unsigned code8, unsigned code16) {
+static void add_count(oc_buffer* out, size_t count, unsigned fix, size_t fix_most, unsigned code8,
+                      unsigned code16) {
     if (count <= fix_most)
         add_coded(out, fix | (unsigned)count, 0, 0);
     else if (code8 != 0 && count <= 0xFF)
@@ -63,18 +64,27 @@ static const char* pack(oc_buffer* out, const obscura_value* value, int depth) {
     if (value->unfit) return unfit;
     if (value->count > UINT32_MAX) return "a value has more than 2^32 - 1 bytes or elements";
     switch (value->type) {
-    case OBSCURA_NIL: add_coded(out, 0xC0, 0, 0); return NULL;
-    case OBSCURA_BOOL: add_coded(out, value->is.boolean ? 0xC3 : 0xC2, 0, 0); return NULL;
+    case OBSCURA_NIL:
+        add_coded(out, 0xC0, 0, 0);
+        return NULL;
+    case OBSCURA_BOOL:
+        add_coded(out, value->is.boolean ? 0xC3 : 0xC2, 0, 0);
+        return NULL;
     case OBSCURA_INT:
         if (value->is.integer >= 0 && value->is.integer < 128)
             add_coded(out, (unsigned)value->is.integer, 0, 0);
         else
             add_coded(out, 0xD3, (uint64_t)value->is.integer, 8);
         return NULL;
-    case OBSCURA_NUMBER: add_coded(out, 0xCB, bits_of(value->is.number), 8); return NULL;
-    case OBSCURA_STRING: add_text(out, value->text, value->count); return NULL;
+    case OBSCURA_NUMBER:
+        add_coded(out, 0xCB, bits_of(value->is.number), 8);
+        return NULL;
+    case OBSCURA_STRING:
+        add_text(out, value->text, value->count);
+        return NULL;
     case OBSCURA_ARRAY:
-    case OBSCURA_MAP: break;
+    case OBSCURA_MAP:
+        break;
     }
     if (depth == OC_DEEPEST) return "a value has more than 16 levels";
     const int is_map = value->type == OBSCURA_MAP;
@@ -210,27 +220,37 @@ static obscura_value* read_value(reader* in, int depth) {
     if (code < 0xA0) return read_items(in, OBSCURA_ARRAY, code & 15, depth);
     if (code < 0xC0) return read_text(in, code);
     switch (code) {
-    case 0xC0: return made(in, obscura_nil());
+    case 0xC0:
+        return made(in, obscura_nil());
     case 0xC2:
-    case 0xC3: return made(in, obscura_bool(code == 0xC3));
-    case 0xCA: return made(in, obscura_number(float_of((uint32_t)take(in, 4))));
-    case 0xCB: return made(in, obscura_number(double_of(take(in, 8))));
+    case 0xC3:
+        return made(in, obscura_bool(code == 0xC3));
+    case 0xCA:
+        return made(in, obscura_number(float_of((uint32_t)take(in, 4))));
+    case 0xCB:
+        return made(in, obscura_number(double_of(take(in, 8))));
     case 0xCC:
     case 0xCD:
     case 0xCE:
-    case 0xCF: return read_unsigned(in, (size_t)1 << (code - 0xCC));
+    case 0xCF:
+        return read_unsigned(in, (size_t)1 << (code - 0xCC));
     case 0xD0:
     case 0xD1:
     case 0xD2:
-    case 0xD3: return read_signed(in, (size_t)1 << (code - 0xD0));
+    case 0xD3:
+        return read_signed(in, (size_t)1 << (code - 0xD0));
     case 0xD9:
     case 0xDA:
-    case 0xDB: return read_text(in, code);
+    case 0xDB:
+        return read_text(in, code);
     case 0xDC:
-    case 0xDD: return read_items(in, OBSCURA_ARRAY, take(in, code == 0xDC ? 2 : 4), depth);
+    case 0xDD:
+        return read_items(in, OBSCURA_ARRAY, take(in, code == 0xDC ? 2 : 4), depth);
     case 0xDE:
-    case 0xDF: return read_items(in, OBSCURA_MAP, take(in, code == 0xDE ? 2 : 4), depth);
-    default: return stop(in, "a head has something that is not for heads");
+    case 0xDF:
+        return read_items(in, OBSCURA_MAP, take(in, code == 0xDE ? 2 : 4), depth);
+    default:
+        return stop(in, "a head has something that is not for heads");
     }
 }
 

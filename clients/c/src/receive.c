@@ -33,8 +33,8 @@ static int take_frame(obscura_client* client) {
     }
     const uint64_t head_bytes = little(frame + 12, 4), body_bytes = little(frame + 16, 8);
     if (head_bytes > OC_MOST_HEAD_BYTES || body_bytes > client->max_body_bytes || body_bytes > SIZE_MAX - 1) {
-        oc_lose(client, "%s: an answer of %llu + %llu bytes is too large", client->address, (unsigned long long)head_bytes,
-                (unsigned long long)body_bytes);
+        oc_lose(client, "%s: an answer of %llu + %llu bytes is too large", client->address,
+                (unsigned long long)head_bytes, (unsigned long long)body_bytes);
         return -1;
     }
     in->kind = frame[5];
@@ -46,7 +46,8 @@ static int take_frame(obscura_client* client) {
     in->head = malloc(in->head_bytes + 1);
     in->body = in->body_bytes == 0 ? NULL : malloc(in->body_bytes);
     if (in->head == NULL || (in->body == NULL && in->body_bytes != 0)) {
-        oc_lose(client, "%s: not enough memory for an answer of %llu bytes", client->address, (unsigned long long)body_bytes);
+        oc_lose(client, "%s: not enough memory for an answer of %llu bytes", client->address,
+                (unsigned long long)body_bytes);
         return -1;
     }
     in->has_frame = 1;
@@ -66,7 +67,8 @@ static void take_early(oc_incoming* in, unsigned char* to, size_t wanted, size_t
 int oc_receive(obscura_client* client) {
     oc_incoming* in = &client->in;
     for (;;) {
-        if (!in->has_frame && in->early_end - in->early_begin >= OC_FRAME_BYTES && take_frame(client) != 0) return -1;
+        if (!in->has_frame && in->early_end - in->early_begin >= OC_FRAME_BYTES && take_frame(client) != 0)
+            return -1;
         if (in->has_frame) {
             take_early(in, in->head, in->head_bytes, &in->head_got);
             if (in->head_got == in->head_bytes) take_early(in, in->body, in->body_bytes, &in->body_got);
@@ -85,7 +87,8 @@ int oc_receive(obscura_client* client) {
         if (got < 0 && errno == EINTR) continue;
         if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return 0;
         if (got <= 0) {
-            oc_lose(client, "%s: %s", client->address, got == 0 ? "the server has ended the connection" : strerror(errno));
+            oc_lose(client, "%s: %s", client->address,
+                    got == 0 ? "the server has ended the connection" : strerror(errno));
             return -1;
         }
         client->news_s = oc_now_s();

@@ -88,7 +88,9 @@ static int spawn(oc_server* server, const char* program, char* const* words, int
     if (fault == 0) fault = posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
     if (fault == 0) fault = posix_spawn_file_actions_adddup2(&files, server->complaints, STDERR_FILENO);
     /* A session of its own: the terminal's Ctrl-C is for the client. */
-    if (fault == 0) fault = posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    if (fault == 0)
+        fault = posix_spawnattr_setflags(&how,
+                                         POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
     if (fault == 0) fault = posix_spawnattr_setsigmask(&how, &none);
     if (fault == 0) fault = posix_spawnattr_setsigdefault(&how, &standard);
     if (fault == 0) fault = posix_spawnp(&server->process, program, &files, &how, words, environ);
@@ -110,12 +112,13 @@ static int listens(int output, double until_s) {
         if (more <= 0) break;
         got += (size_t)more;
     }
-    return got > sizeof expected && memcmp(line, expected, sizeof expected - 1) == 0 && memchr(line, '\n', got) != NULL;
+    return got > sizeof expected && memcmp(line, expected, sizeof expected - 1) == 0 &&
+           memchr(line, '\n', got) != NULL;
 }
 
 /** Starts the server, which then listens at `folder`/socket. 0 with one line in `error`. */
-static int start_server(oc_server* server, const char* program, const obscura_start_options* options, double timeout_s,
-                        obscura_error* error) {
+static int start_server(oc_server* server, const char* program, const obscura_start_options* options,
+                        double timeout_s, obscura_error* error) {
     int input[2] = {-1, -1}, output[2] = {-1, -1};
     char path[sizeof server->folder + 8], threads[16];
     int fault = make_folder(server) && oc_pipe(input) && oc_pipe(output) ? 0 : errno;
@@ -124,9 +127,11 @@ static int start_server(oc_server* server, const char* program, const obscura_st
     if (fault == 0) {
         snprintf(path, sizeof path, "%s/socket", server->folder);
         snprintf(threads, sizeof threads, "%d", options->threads);
-        const char* words[] = {program, "serve", "--listen", "none", "--unix", path, "--root",
-                               options->root == NULL ? "." : options->root, "--threads", threads, "--clients", "1",
-                               "--with-input", NULL};
+        const char* words[] = {
+            program,        "serve", "--listen",  "none",
+            "--unix",       path,    "--root",    options->root == NULL ? "." : options->root,
+            "--threads",    threads, "--clients", "1",
+            "--with-input", NULL};
         fault = spawn(server, program, (char* const*)words, input[0], output[1]);
     }
     oc_close(&input[0]);
@@ -139,10 +144,13 @@ static int start_server(oc_server* server, const char* program, const obscura_st
     oc_server_end(server, complaint, sizeof complaint);
     if (fault != 0)
         oc_fail(error, OBSCURA_LOST, "connection-lost",
-                fault == ENOENT ? "%s: %s: set the environment variable OBSCURA to the path of the program obscura" : "%s: %s",
+                fault == ENOENT
+                    ? "%s: %s: set the environment variable OBSCURA to the path of the program obscura"
+                    : "%s: %s",
                 program, strerror(fault));
     else
-        oc_fail(error, OBSCURA_LOST, "connection-lost", "%s", complaint[0] != 0 ? complaint : "the server ended at its start");
+        oc_fail(error, OBSCURA_LOST, "connection-lost", "%s",
+                complaint[0] != 0 ? complaint : "the server ended at its start");
     return 0;
 }
 

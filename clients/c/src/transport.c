@@ -91,8 +91,8 @@ static int open_unix(const char* path, double until_s) {
     memcpy(address.sun_path, path, strlen(path) + 1);
     /* A Unix socket whose server is busy says EAGAIN instead of EINPROGRESS. */
     int made;
-    while ((made = connected(AF_UNIX, (const struct sockaddr*)&address, sizeof address, until_s)) < 0 && errno == EAGAIN &&
-           oc_now_s() < until_s)
+    while ((made = connected(AF_UNIX, (const struct sockaddr*)&address, sizeof address, until_s)) < 0 &&
+           errno == EAGAIN && oc_now_s() < until_s)
         nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL);
     return made;
 }
@@ -107,7 +107,8 @@ int oc_open(const char* address, double until_s, char* why, size_t why_bytes) {
     char host[256];
     const char* colon = strrchr(address, ':');
     if (colon == NULL || colon == address || (size_t)(colon - address) >= sizeof host) {
-        snprintf(why, why_bytes, "%.200s: no address, allowed HOST:PORT, or a path with a / (%s)", address, running);
+        snprintf(why, why_bytes, "%.200s: no address, allowed HOST:PORT, or a path with a / (%s)", address,
+                 running);
         return -1;
     }
     const char* begin = address;
@@ -116,7 +117,8 @@ int oc_open(const char* address, double until_s, char* why, size_t why_bytes) {
     memcpy(host, begin, bytes);
     host[bytes] = 0;
 
-    struct addrinfo *found = NULL, hints = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM, .ai_flags = AI_NUMERICSERV};
+    struct addrinfo *found = NULL,
+                    hints = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM, .ai_flags = AI_NUMERICSERV};
     const int unknown = getaddrinfo(host, colon + 1, &hints, &found);
     if (unknown != 0) {
         snprintf(why, why_bytes, "%s: %s (%s)", address, gai_strerror(unknown), running);
@@ -133,7 +135,8 @@ int oc_open(const char* address, double until_s, char* why, size_t why_bytes) {
     return made;
 }
 
-obscura_status oc_fail(obscura_error* error, obscura_status status, const char* code, const char* message, ...) {
+obscura_status oc_fail(obscura_error* error, obscura_status status, const char* code, const char* message,
+                       ...) {
     if (error == NULL) return status;
     memset(error, 0, sizeof *error);
     error->status = status;

@@ -10,8 +10,9 @@
 /** Seconds of a clock that only goes forward. */
 double oc_now_s(void);
 
-/** Waits until `descriptor` can be read, or written for `events` POLLOUT, or `other` (-1: none) can be read, or `until_s` of
- * oc_now_s() has passed. Returns the descriptors that are ready as bits 1 and 2; 0: time is over. */
+/** Waits until `descriptor` can be read, or written for `events` POLLOUT, or `other` (-1: none) can be read,
+ * or `until_s` of oc_now_s() has passed. Returns the descriptors that are ready as bits 1 and 2; 0: time is
+ * over. */
 int oc_wait_for(int descriptor, short events, int other, double until_s);
 
 /** A connected, non-blocking socket; -1 with one line in `why`. `address` as of obscura_connect(). */
@@ -27,7 +28,7 @@ int oc_set_blocking(int descriptor);
 void oc_close(int* descriptor);
 
 /** Fills `error` and returns its status. `message` as of printf(). */
-obscura_status oc_fail(obscura_error* error, obscura_status status, const char* code, const char* message, ...)
-    __attribute__((format(printf, 4, 5)));
+obscura_status oc_fail(obscura_error* error, obscura_status status, const char* code, const char* message,
+                       ...) __attribute__((format(printf, 4, 5)));
 
 #endif

@@ -22,8 +22,8 @@ struct obscura_value {
 
 /** New value of that type, 0 or empty; NULL if memory is short. */
 obscura_value* oc_value_new(obscura_type type);
-/** Puts an element at the end, or a member if `name`, which is taken over, is not NULL. Returns 0 and frees both if memory is
- * short or `item` is NULL. Does not look for a member of that name. */
+/** Puts an element at the end, or a member if `name`, which is taken over, is not NULL. Returns 0 and frees
+ * both if memory is short or `item` is NULL. Does not look for a member of that name. */
 int oc_value_add(obscura_value* to, char* name, obscura_value* item);
 /** `bytes` of `text` with a 0 behind them; NULL if memory is short. */
 char* oc_text_copy(const char* text, size_t bytes);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ball comes nearer, ten pictures with depth. Build: c++ first.cpp $(pkg-config --cflags --libs obscura-client)
+// A ball comes nearer, ten pictures with depth. Build: c++ first.cpp $(pkg-config --cflags --libs
+// obscura-client)
+#include <obscura_client.hpp>
+
 #include <cmath>
 #include <cstdio>
-#include <obscura_client.hpp>
 
 int main() {
     auto camera = obscura::client::start();

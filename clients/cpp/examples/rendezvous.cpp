@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // A chaser approaches a target and its arm unfolds: 100 frames with depth maps, a light spot on the target.
 //
-// The arm is a tree: each link hangs on the one before by a hinge, so that a frame only sets angles. Prints one line a frame
-// and writes the last scene.
+// The arm is a tree: each link hangs on the one before by a hinge, so that a frame only sets angles. Prints
+// one line a frame and writes the last scene.
 //
 // Usage: rendezvous [FRAMES [FOLDER]]
 // Build: c++ -std=c++17 rendezvous.cpp $(pkg-config --cflags --libs obscura-client)
 #include "../../c/examples/sha256.h"
+
+#include <obscura_client.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +17,6 @@
 #include <exception>
 #include <fstream>
 #include <numeric>
-#include <obscura_client.hpp>
 #include <string>
 
 using obscura::client::Map;
@@ -46,18 +47,20 @@ Map scene() {
                            {"pixel_pitch_um", 20},
                            {"aperture_mm", 10},
                            {"look_at", "target"}}},
-            {"lamp", {Map{{"name", "spot"},
-                          {"beam", "gaussian"},
-                          {"half_angle_deg", 2},
-                          {"intensity_w_sr", {5e5}},
-                          {"look_at", "target"}}}},
-            {"body", {Map{{"name", "target"},
-                          {"shape", "box"},
-                          {"size_m", {3, 3, 4}},
-                          {"albedo", 0.3},
-                          {"spin_axis", {0, 0, 1}},
-                          {"spin_rate_deg_per_s", 0.5}},
-                      boom("upper arm", "target"), boom("forearm", "upper arm")}}};
+            {"lamp",
+             {Map{{"name", "spot"},
+                  {"beam", "gaussian"},
+                  {"half_angle_deg", 2},
+                  {"intensity_w_sr", {5e5}},
+                  {"look_at", "target"}}}},
+            {"body",
+             {Map{{"name", "target"},
+                  {"shape", "box"},
+                  {"size_m", {3, 3, 4}},
+                  {"albedo", 0.3},
+                  {"spin_axis", {0, 0, 1}},
+                  {"spin_rate_deg_per_s", 0.5}},
+              boom("upper arm", "target"), boom("forearm", "upper arm")}}};
 }
 
 void fly(int frames, const std::string& folder) {

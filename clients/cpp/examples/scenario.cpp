@@ -4,9 +4,10 @@
 // Usage: scenario ADDRESS
 #include "../../c/examples/sha256.h"
 
+#include <obscura_client.hpp>
+
 #include <cstdio>
 #include <exception>
-#include <obscura_client.hpp>
 
 using obscura::client::Map;
 

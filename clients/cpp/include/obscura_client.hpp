@@ -8,8 +8,9 @@
  *     auto picture = camera.render();
  *     std::cout << picture["irradiance"].at(0, 128, 128) << " W/m2\n";
  *
- * Failures throw RequestError, Cancelled, ConnectionLost or BadUse, all of them Error. A client is for one thread at a time,
- * cancel() for any. Names of keys, calls and fields: docs/reference/scene.md and docs/reference/calls.md.
+ * Failures throw RequestError, Cancelled, ConnectionLost or BadUse, all of them Error. A client is for one
+ * thread at a time, cancel() for any. Names of keys, calls and fields: docs/reference/scene.md and
+ * docs/reference/calls.md.
  */
 #pragma once
 
@@ -303,7 +304,8 @@ struct RenderOptions {
     }
 };
 
-/// Hears of a call that takes long: done, total, seconds left (NaN: not known). Returning false cancels the call.
+/// Hears of a call that takes long: done, total, seconds left (NaN: not known). Returning false cancels the
+/// call.
 using Progress = std::function<bool(std::int64_t, std::int64_t, double)>;
 
 /// A connection and its scene, which ends with it.
@@ -324,7 +326,8 @@ public:
     }
     /// Sends a request without waiting; one in progress is cancelled and forgotten.
     void begin(const char* name, Map fields = {}) { finish(obscura_begin(get(), name, fields.release())); }
-    /// The answer of the request in progress, waiting at most so long (below 0: the client's timeout); none yet: nullopt.
+    /// The answer of the request in progress, waiting at most so long (below 0: the client's timeout); none
+    /// yet: nullopt.
     std::optional<Answer> wait(double wait_s = -1) {
         obscura_answer* answer = nullptr;
         const obscura_status status = obscura_wait(get(), wait_s, &answer);
@@ -333,7 +336,8 @@ public:
     }
     /// Cancels the request in progress; for any thread.
     void cancel() noexcept { obscura_cancel(get()); }
-    /// Function that hears of the progress of further calls; an exception of it cancels the call and comes out of it.
+    /// Function that hears of the progress of further calls; an exception of it cancels the call and comes
+    /// out of it.
     void on_progress(Progress progress) {
         progress_->function = std::move(progress);
         obscura_set_progress(get(), progress_->function ? tell : nullptr, progress_.get());
