@@ -44,9 +44,6 @@ with tempfile.TemporaryDirectory(prefix="obscura-examples-") as temporary:
         first = run(programs / f"obscura_client_first_{language}")
         depths = [float(depth) for depth in re.findall(r"nearest surface ([\d.]+) m", first.stdout)]
         check(f"the first example in {language}", first.returncode == 0 and depths == [39.0 - step for step in range(10)], first)
-        lost = run(programs / f"obscura_client_scenario_{language}", "127.0.0.1:1")
-        check(f"no server ({language})", lost.returncode == 1 and "is `obscura serve` running there?" in lost.stderr and
-              lost.stderr.count("\n") == 1, lost)
         none = run(programs / f"obscura_client_rendezvous_{language}", "1", OBSCURA=temporary + "/none")
         check(f"no program ({language})", none.returncode == 1 and "environment variable OBSCURA" in none.stderr, none)
 

@@ -40,6 +40,8 @@ LANGUAGES = [
      ["java", "-Xshare:auto", "-cp", programs.get("java"), "Scenario"], {}, True),
     ("Lua", not lua_has_sockets() and "no Lua 5.4 with LuaSocket (Debian packages lua5.4, lua-socket)",
      ["lua5.4", here / "scenario.lua"], {"LUA_PATH": f"{source}/clients/lua/?.lua;{source}/clients/lua/?/init.lua;;"}, False),
+    ("C", "c" not in programs and "no program was given", [programs.get("c")], {}, True),
+    ("C++", "c++" not in programs and "no program was given", [programs.get("c++")], {}, False),
 ]
 
 with tempfile.TemporaryDirectory(prefix="obscura-scenario-") as folder:
