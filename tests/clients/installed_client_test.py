@@ -19,11 +19,8 @@ work = build / "installed_client_test"
 prefix = work / "prefix"
 
 
-def run(*command, **options):
-    done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
-    if done.returncode != 0:
-        sys.exit(f"FAILED: {' '.join(str(word) for word in command)}\n{done.stdout[-6000:]}")
-    return done.stdout
+def run(*command):
+    subprocess.check_call([str(word) for word in command])
 
 
 shutil.rmtree(work, ignore_errors=True)
@@ -31,7 +28,7 @@ run(cmake, "--install", build, "--component", "client", "--prefix", prefix)
 library = next(prefix.rglob("libobscura-client.so"))
 header = (prefix / "include/obscura_client.h").read_text()
 declared = set(re.findall(r"OBSCURA_API [^;(]*?\b(obscura_\w+)\(", header))
-exported = dict(line.split()[-1].split("@@") for line in run(nm, "-D", "--defined-only", library).splitlines() if " T " in line)
+exported = dict(line.split()[-1].split("@@") for line in subprocess.check_output([nm, "-D", "--defined-only", library], text=True).splitlines() if " T " in line)
 if len(declared) < 50 or set(exported) != declared:
     sys.exit(f"declared, but not exported: {declared - set(exported)}; exported, but not declared: {set(exported) - declared}")
 if set(exported.values()) != {"OBSCURA_CLIENT_1.0"}:
@@ -41,8 +38,9 @@ run(cmake, "-S", source / "tests/clients/consumer", "-B", work / "consumer", "-G
     f"-DCMAKE_CXX_COMPILER={cxx}", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DEXAMPLES={source / 'clients'}")
 run(cmake, "--build", work / "consumer")
 # The file names the prefix of the configuration; what is installed elsewhere says so itself.
-flags = shlex.split(run("pkg-config", f"--define-variable=prefix={prefix}", "--cflags", "--libs", "obscura-client",
-                        env={**os.environ, "PKG_CONFIG_PATH": str(library.parent / "pkgconfig")}))
+flags = shlex.split(subprocess.check_output(
+    ["pkg-config", f"--define-variable=prefix={prefix}", "--cflags", "--libs", "obscura-client"], text=True,
+    env={**os.environ, "PKG_CONFIG_PATH": str(library.parent / "pkgconfig")}))
 run(cc, "-std=c11", "-Wall", "-Wextra", "-Werror", source / "clients/c/examples/first.c", *flags, "-lm", "-o", work / "first")
 run(cxx, "-std=c++17", "-Wall", "-Wextra", "-Werror", source / "clients/cpp/examples/first.cpp", *flags, "-o", work / "first_cpp")
 for program in work / "first", work / "first_cpp", work / "consumer/first_c", work / "consumer/first_cpp":

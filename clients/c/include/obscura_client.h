@@ -97,9 +97,7 @@ typedef struct obscura_start_options {
 /**
  * Client of a server that runs: "HOST:PORT" such as "127.0.0.1:5152", or the path of its Unix socket, which
  * has a "/".
- * @param options NULL: the defaults
- * @param error filled on failure; may be NULL
- * @return NULL on failure
+ * Without `options` the defaults hold. Returns NULL on failure, and why in `error` if that is not NULL.
  */
 OBSCURA_API obscura_client* obscura_connect(const char* address, const obscura_connect_options* options,
                                             obscura_error* error);
@@ -136,9 +134,9 @@ typedef int (*obscura_progress)(void* context, int64_t done, int64_t total, doub
 OBSCURA_API void obscura_set_progress(obscura_client* client, obscura_progress progress, void* context);
 
 /**
- * Makes any call of the server and waits for its answer.
- * @param fields map of the call's fields; NULL: none
- * @param answer receives the answer, which is to be freed, or NULL on failure; may be NULL
+ * Makes any call of the server and waits for its answer. `fields` is the map of the call's fields; NULL:
+ * none.
+ * `*answer` receives the answer, which is to be freed, or NULL on failure; `answer` may be NULL.
  */
 OBSCURA_API obscura_status obscura_call(obscura_client* client, const char* name, obscura_value* fields,
                                         obscura_answer** answer);
@@ -150,10 +148,9 @@ OBSCURA_API obscura_status obscura_call(obscura_client* client, const char* name
 OBSCURA_API obscura_status obscura_begin(obscura_client* client, const char* name, obscura_value* fields);
 
 /**
- * Answer of the request in progress.
- * @param wait_s longest wait; 0: only look; below 0: until the server has been silent for the client's
- * timeout
- * @return OBSCURA_PENDING if it is not there yet: it can be waited for again
+ * Answer of the request in progress, which `*answer` receives as that of obscura_call(). The longest wait is
+ * `wait_s`; 0: only look; below 0: until the server has been silent for the client's timeout.
+ * OBSCURA_PENDING: it is not there yet, and can be waited for again.
  */
 OBSCURA_API obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answer** answer);
 
@@ -217,8 +214,8 @@ typedef struct obscura_render_options {
 /**
  * Renders the scene. The picture's first array, "irradiance" or "radiance", is float32 [bands, height, width]
  * with the first row on top; the others are the layers, float32 [height, width], NAN where nothing is.
- * @param options NULL: the defaults
- * @param picture receives the picture, which is to be freed, or NULL on failure
+ * Without `options` the defaults hold. `*picture` receives the picture, which is to be freed, or NULL on
+ * failure.
  */
 OBSCURA_API obscura_status obscura_render(obscura_client* client, const obscura_render_options* options,
                                           obscura_answer** picture);
