@@ -94,7 +94,9 @@ TEST_CASE("a scene is changed, read and written out", "[clients]") {
     camera.load_scene(lit_ball());
     camera.set("camera", {{"focal_length_mm", 31.25}});
     camera.set("body", "ball", {{"position_m", {1.5, -2.25, 1e-3}}, {"albedo", 0.2}});
-    camera.add("body", {{"name", "box"}, {"shape", "box"}, {"size_m", std::vector<double>{1, 2, 3}}});
+    camera.add(
+        "body",
+        {{"name", "box"}, {"shape", "box"}, {"albedo", 0.1}, {"size_m", std::vector<double>{1, 2, 3}}});
     CHECK(camera.get("camera").view()["focal_length_mm"].as(0.0) == 31.25);
     CHECK(camera.get("body", "ball").view()["position_m"].numbers() == std::vector<double>{1.5, -2.25, 1e-3});
     CHECK(camera.get("body").view().size() == 2);
@@ -132,7 +134,7 @@ TEST_CASE("a mistake is refused in the server's words and changes nothing", "[cl
 TEST_CASE("a render is cancelled by progress, by its exception, and by another thread", "[clients]") {
     auto camera = start();
     camera.load_scene(lit_ball());
-    camera.set("camera", {{"pixel_pitch_um", 0.2}});
+    camera.set("camera", {{"pixel_pitch_um", 20}});
     client::RenderOptions endless;
     endless.width = endless.height = 2048;
     endless.samples = 1024;
