@@ -11,13 +11,13 @@ FILE = pathlib.PurePath("clients/cpp/include/obscura_calls.hpp")
 
 _TAKEN = {"boolean": "bool", "integer": "std::int64_t", "number": "double", "string": "std::string",
           "numbers": "std::vector<double>", "strings": "std::vector<std::string>", "map": "Map", "maps": "std::vector<Map>",
-          "list": "std::vector<Value>", "any": "Value", "string or integer": "Value"}
+          "list": "std::vector<Value>", "any": "Value", "string or integer": "Value", "string or map": "Value"}
 # Type in the answer, and how it is read.
 _GIVEN = {**{kind: (f"std::optional<{_TAKEN[kind]}>", f"detail::optional<{_TAKEN[kind]}>({{}})")
              for kind in ("boolean", "integer", "number")},
           "string": ("std::string", "{}.string()"), "numbers": ("std::vector<double>", "{}.numbers()"),
           "strings": ("std::vector<std::string>", "detail::strings({})"),
-          **{kind: ("Value", "Value({})") for kind in ("map", "maps", "list", "any", "string or integer")}}
+          **{kind: ("Value", "Value({})") for kind in ("map", "maps", "list", "any", "string or integer", "string or map")}}
 _RESERVED = set("""and asm auto bool break case catch char class const continue default delete do double else enum explicit export
 extern false float for friend goto if inline int long mutable namespace new not operator or private protected public register return
 short signed sizeof static struct switch template this throw true try typedef union unsigned using virtual void volatile while

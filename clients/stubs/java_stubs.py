@@ -13,12 +13,12 @@ FOLDER = pathlib.PurePath("clients/java/src/main/java/obscura/client/calls")
 # Types of a setter's argument, one setter each; what of it is sent.
 _TAKEN = {"boolean": ["boolean"], "integer": ["long"], "number": ["double"], "string": ["String"], "numbers": ["double..."],
           "strings": ["String..."], "map": ["Map<String, ?>"], "maps": ["List<? extends Map<String, ?>>"], "list": ["List<?>"],
-          "any": ["Object"], "string or integer": ["String", "long"]}
+          "any": ["Object"], "string or integer": ["String", "long"], "string or map": ["String", "Map<String, ?>"]}
 _GIVEN = {"boolean": ("Boolean", "(Boolean) {}"), "integer": ("Long", "(Long) {}"), "number": ("Double", "number({})"),
           "string": ("String", "(String) {}"), "numbers": ("List<Double>", "numbers({})"),
           "strings": ("List<String>", "strings({})"), "map": ("Map<String, Object>", "map({})"),
           "maps": ("List<Map<String, Object>>", "maps({})"), "list": ("List<Object>", "list({})"),
-          "any": ("Object", "{}"), "string or integer": ("Object", "{}")}
+          "any": ("Object", "{}"), "string or integer": ("Object", "{}"), "string or map": ("Object", "{}")}
 _RESERVED = set("""abstract assert boolean break byte case catch char class const continue default do double else enum extends
 final finally float for goto if implements import instanceof int interface long native new package private protected public
 return short static strictfp super switch synchronized this throw throws transient try void volatile while true false null clone

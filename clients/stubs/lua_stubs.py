@@ -11,7 +11,7 @@ FILE = pathlib.PurePath("clients/lua/obscura/calls.lua")
 
 _TYPES = {"boolean": "boolean", "integer": "integer", "number": "number", "string": "string", "numbers": "number[]",
           "strings": "string[]", "map": "table<string, any>", "maps": "table<string, any>[]", "list": "any[]", "any": "any",
-          "string or integer": "string|integer"}
+          "string or integer": "string|integer", "string or map": "string|table<string, any>"}
 _LISTS = {"numbers", "strings", "maps", "list"}
 
 _HEAD = f"""-- SPDX-License-Identifier: Apache-2.0

@@ -11,7 +11,7 @@ FILE = pathlib.PurePath("clients/python/obscura_client/calls.py")
 
 _TAKEN = {"boolean": "bool", "integer": "int", "number": "float", "string": "str", "numbers": "Sequence[float]",
           "strings": "Sequence[str]", "map": "Mapping[str, Any]", "maps": "Sequence[Mapping[str, Any]]", "list": "Sequence[Any]",
-          "any": "Any", "string or integer": "Union[str, int]"}
+          "any": "Any", "string or integer": "Union[str, int]", "string or map": "Union[str, Mapping[str, Any]]"}
 _GIVEN = {**_TAKEN, "numbers": "List[float]", "strings": "List[str]", "map": "Dict[str, Any]", "maps": "List[Dict[str, Any]]",
           "list": "List[Any]"}
 

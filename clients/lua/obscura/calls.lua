@@ -199,7 +199,7 @@ end
 ---@field gain_db? number With a sensor: analog gain (0 to 48 dB; default 0.0)
 ---@field run? integer With a sensor: run word; frames of different ones have different temporal noise (default 0)
 ---@field codec? string How arrays are sent that become smaller by it: the bytes sorted by their place in the element and compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
----@field sensor? any Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It sets the camera's pixels and has the readout times and noise of the chip (string or map)
+---@field sensor? string|table<string, any> Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It sets the camera's pixels and has the readout times and noise of the chip
 ---@field layers? string[] Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of `obscura render`
 
 ---@class obscura.RenderAnswer

@@ -303,7 +303,7 @@ class Calls:
         gain_db: Optional[float] = None,
         run: Optional[int] = None,
         codec: Optional[str] = None,
-        sensor: Optional[Any] = None,
+        sensor: Optional[Union[str, Mapping[str, Any]]] = None,
         layers: Optional[Sequence[str]] = None,
     ) -> Tuple[RenderAnswer, Arrays]:
         """Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with the same
@@ -331,7 +331,7 @@ class Calls:
         codec: How arrays are sent that become smaller by it: the bytes sorted by their place in the element and
             compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
         sensor: Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It
-            sets the camera's pixels and has the readout times and noise of the chip (string or map)
+            sets the camera's pixels and has the readout times and noise of the chip
         layers: Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of `obscura
             render`
         Array "irradiance": Irradiance at the entrance pupil from each pixel, first row on top; called "radiance" if

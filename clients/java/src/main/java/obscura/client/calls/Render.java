@@ -120,9 +120,18 @@ public final class Render extends Call<Render.Result> {
 
     /**
      * Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It sets the
-     * camera's pixels and has the readout times and noise of the chip (string or map).
+     * camera's pixels and has the readout times and noise of the chip.
      */
-    public Render sensor(Object value) {
+    public Render sensor(String value) {
+        fields.put("sensor", value);
+        return this;
+    }
+
+    /**
+     * Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. It sets the
+     * camera's pixels and has the readout times and noise of the chip.
+     */
+    public Render sensor(Map<String, ?> value) {
         fields.put("sensor", value);
         return this;
     }
