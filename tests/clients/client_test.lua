@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The Lua client beside a server, run by clients_test.py. Usage: lua5.4 client_test.lua ADDRESS FOLDER BROKEN-ADDRESS...
--- Prints one line a check; exit status 1 if one failed.
+-- The Lua client beside a server, run by clients_test.py. Usage: lua5.4 client_test.lua ADDRESS FOLDER LOCKED-ADDRESS BROKEN-ADDRESS...
+-- The server at LOCKED-ADDRESS wants FOLDER/token. Prints one line a check; exit status 1 if one failed.
 local obscura = require "obscura"
 local messagepack = require "obscura.messagepack"
 
@@ -56,7 +56,7 @@ cycle[1] = cycle
 check("tables without end cannot be sent", not pcall(messagepack.pack, cycle))
 
 -- Scene and pictures: a ball and a lamp at the place of the camera, which looks along z.
-local camera = obscura.connect(address, 120)
+local camera = obscura.connect(address, { timeout_s = 120 })
 check("the server says what it is", camera.server.server == "obscura" and camera.server.limits.clients >= 1)
 local bodies = camera:load { scene = {
   quantity = "radiance", sun = { irradiance_scale = 0.0 },
@@ -93,6 +93,26 @@ check("a scene comes back from its text", camera:export() == before and camera:l
 check("an empty table is an empty scene", #camera:load { scene = {} } == 0)
 check("typed calls answer", camera.calls:scene_load { file = "demo" }.width > 0 and #camera:describe().calls > 5 and camera:status().waiting == 0)
 
+-- Digital numbers of a sensor
+local exposed = camera:render { exposure_s = 0.02, sensor = { file = "generic", readout = { width = 96, height = 64 } } }
+check("a sensor gives digital numbers", exposed.quantity == "dn" and exposed.detector.bits == 12 and #exposed.values.data == 2 * 96 * 64)
+local least, most = math.huge, 0
+for _, row in exposed.values:rows() do
+  least, most = math.min(least, table.unpack(row)), math.max(most, table.unpack(row))
+end
+check("which are those of its bits", math.type(most) == "integer" and 0 < least and least < most and most < 4096, most)
+check("and can be looked at", #exposed:preview() == 64 and tostring(exposed):find("dn up to", 1, true), exposed)
+
+-- Tokens
+check_refused("a server that wants a token", "forbidden", "token", obscura.connect, arg[3])
+check_refused("a token that is none", "bad-argument", "32 bytes", obscura.connect, arg[3], { token = folder .. "/lua.png" })
+check_refused("a token that is missing", "bad-argument", "cannot be read", obscura.connect, arg[3], { token = folder .. "/none" })
+check_refused("a wrong token", "forbidden", "", obscura.connect, arg[3], { token = folder .. "/wrong" })
+do
+  local known <close> = obscura.connect(arg[3], { token = folder .. "/token" })
+  check("the token permits", known.server.permission == "scene" and known:status().waiting == 0, known.server.permission)
+end
+
 -- Progress, cancelling
 local told
 check("progress is told, and what it throws cancels", select(2, pcall(camera.render, camera,
@@ -114,9 +134,9 @@ check_refused("a program that is missing", "connection-lost", "not found", obscu
 check_refused("a scene that is missing", "bad-scene", "nosuch", obscura.start, "nosuch")
 
 -- Servers that are none
-for index = 3, #arg do
+for index = 4, #arg do
   local broken, expected = arg[index]:match "^(.*)=(.*)$"
-  check_refused("a broken server: " .. expected, "connection-lost", expected, obscura.connect, broken, 0.3)
+  check_refused("a broken server: " .. expected, "connection-lost", expected, obscura.connect, broken, { timeout_s = 0.3 })
 end
 check_refused("no server", "connection-lost", "is `obscura serve` running there?", obscura.connect, "nonsense")
 check_refused("no server at a socket", "connection-lost", "is `obscura serve` running there?", obscura.connect, folder .. "/none")

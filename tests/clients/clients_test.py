@@ -131,14 +131,20 @@ with tempfile.TemporaryDirectory(prefix="obscura-clients-") as temporary:
                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     tcp = server.stdout.readline().split()[-1]
     server.stdout.readline()
+    for name in ("token", "wrong"):
+        (folder / name).write_bytes(os.urandom(32))
+        (folder / name).chmod(0o640)
+    locked = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--root", folder, "--token-file", folder / "token",
+                               "--with-input"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     broken = [f"{broken_server(reply)}={said}" for reply, said in BROKEN]
-    done = run("test", path if language == "java" else tcp, folder, *broken, in_folder=folder)
+    done = run("test", path if language == "java" else tcp, folder, locked.stdout.readline().split()[-1], *broken, in_folder=folder)
     print(done.stdout, end="")
     check("the client's own checks", done.returncode == 0 and "0 checks failed" in done.stdout, f"status {done.returncode}")
     for name in (f"{language}.png", f"{language}-depth.png"):
         check(f"{name} is a picture", png_size(folder / name) == (65, 49))
-    server.stdin.close()
-    check("the server ends well", server.wait(PATIENCE_S) == 0)
+    for each in (server, locked):
+        each.stdin.close()
+    check("the servers end well", [each.wait(PATIENCE_S) for each in (server, locked)] == [0, 0])
 
     done = run("first", in_folder=folder)
     check("the first example runs", done.returncode == 0 and done.stdout.count("640 x 480 px") == 10, done.stdout)

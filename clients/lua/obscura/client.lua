@@ -4,7 +4,9 @@
 local Connection = require "obscura.connection"
 local Picture = require "obscura.picture"
 local calls = require "obscura.calls"
+local errors = require "obscura.errors"
 local messagepack = require "obscura.messagepack"
+local sha256 = require "obscura.sha256"
 
 local VERSION = "0.1.0"
 
@@ -29,13 +31,30 @@ local function typed(call, fields)
   return sent
 end
 
-function Client.new(address, timeout_s)
-  local self = setmetatable({ connection = Connection.open(address, timeout_s) }, Client)
+--- The 32 bytes of a token's file. Throws a table of obscura.errors.
+local function token_of(file)
+  local input <close> = io.open(file, "rb")
+  local secret = input and input:read "a"
+  if secret and #secret == 32 then return secret end
+  error(errors.refused { code = "bad-argument", message = file .. (input and ": no token of 32 bytes" or ": cannot be read") }, 0)
+end
+
+local function greet(asked, token)
+  local fields = { protocol_min = 1, protocol_max = 1, client = "obscura " .. VERSION .. " (Lua)" }
+  if token then
+    local challenge = asked:challenge().challenge:gsub("%x%x", function(digits) return string.char(tonumber(digits, 16)) end)
+    fields.proof = sha256.hex(sha256.hmac(token_of(token), challenge))
+  end
+  return asked:hello(fields)
+end
+
+--- Options: timeout_s, and token, a file.
+function Client.new(address, options)
+  local self = setmetatable({ connection = Connection.open(address, options.timeout_s or 600) }, Client)
   self.calls = setmetatable({
     request = function(_, name, fields) return self.connection:request(name, typed(name, fields)) end,
   }, { __index = calls })
-  local good, answer = pcall(calls.hello, self.calls,
-    { protocol_min = 1, protocol_max = 1, client = "obscura " .. VERSION .. " (Lua)" })
+  local good, answer = pcall(greet, self.calls, options.token)
   if not good then
     self.connection:close()
     error(answer, 0)

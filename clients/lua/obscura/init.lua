@@ -16,12 +16,13 @@ local obscura = {
   map = messagepack.map,
 }
 
---- Client of a server that runs: "HOST:PORT", or the path of its Unix socket. Waits at most `timeout_s` for news from it.
+--- Client of a server that runs: "HOST:PORT", or the path of its Unix socket. Options: timeout_s (longest wait for news from it),
+--- token (file of the token that it wants).
 ---@param address? string
----@param timeout_s? number
+---@param options? {timeout_s: number?, token: string?}
 ---@return obscura.Client
-function obscura.connect(address, timeout_s)
-  return Client.new(address or "127.0.0.1:5152", timeout_s or 600)
+function obscura.connect(address, options)
+  return Client.new(address or "127.0.0.1:5152", options or {})
 end
 
 return obscura

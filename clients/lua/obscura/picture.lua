@@ -3,7 +3,8 @@
 
 local png = require "obscura.png"
 
---- `values`: obscura.Array, W/m2 per pixel at the entrance pupil (or W m-2 sr-1, see `unit`), a plane for each spectral band;
+--- `values`: obscura.Array, W/m2 per pixel at the entrance pupil (or W m-2 sr-1, see `unit`), a plane for each spectral band, or
+--- digital numbers of a sensor, of whose readout `detector` tells bits, window, exposure and flags;
 --- `layers`: further arrays by name, NaN where nothing is; `depth_m`: that layer; `quantity`, `unit`, `bands_nm`, `time_s`,
 --- `seconds` (that the server took); `truth`: poses, if they were asked for; `width`, `height`, `bands`.
 ---@class obscura.Picture
@@ -21,7 +22,7 @@ function Picture.new(head, arrays, order)
   return setmetatable({
     quantity = values.name, unit = head.unit, values = values, layers = layers, bands = values.planes,
     height = values.height, width = values.width, bands_nm = head.bands_nm, time_s = head.time_s, seconds = head.seconds,
-    truth = head.truth,
+    truth = head.truth, detector = head.detector,
   }, Picture)
 end
 

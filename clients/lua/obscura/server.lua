@@ -75,7 +75,7 @@ return function(scene, options)
     end
     socket.sleep(0.002)
   end
-  local good, client = pcall(Client.new, files.socket, timeout_s)
+  local good, client = pcall(Client.new, files.socket, { timeout_s = timeout_s })
   if not good then
     stop()
     error(client, 0)

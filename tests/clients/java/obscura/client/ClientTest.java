@@ -18,8 +18,8 @@ import obscura.client.calls.SceneGet;
 import obscura.client.calls.SceneLoad;
 
 /**
- * The Java client beside a server, run by clients_test.py. Usage: ClientTest ADDRESS FOLDER BROKEN-ADDRESS... Prints one line
- * a check; exit status 1 if one failed.
+ * The Java client beside a server, run by clients_test.py. Usage: ClientTest ADDRESS FOLDER LOCKED-ADDRESS BROKEN-ADDRESS...
+ * The server at LOCKED-ADDRESS wants FOLDER/token. Prints one line a check; exit status 1 if one failed.
  */
 final class ClientTest {
     private static int failed;
@@ -144,6 +144,49 @@ final class ClientTest {
                 && camera.status().waiting() == 0 && camera.status().call() == null);
     }
 
+    private static void testSensor(Client camera) {
+        Picture exposed = camera.render(new Render().exposureS(0.02)
+                .sensor(keys("file", "generic", "readout", keys("width", 96, "height", 64))));
+        check("a sensor gives digital numbers", exposed.quantity().equals("dn") && exposed.detector().get("bits").equals(12L)
+                && exposed.digitalNumbers().remaining() == 96 * 64, exposed);
+        float most = 0;
+        for (int row = 0; row < 64; ++row) most = Math.max(most, exposed.value(0, row, 40));
+        check("which are those of its bits", most > 0 && most < 4096, most);
+        check("and can be looked at", exposed.preview().getWidth() == 96 && exposed.toString().contains("dn up to"), exposed);
+        checkThrows("which are no light", IllegalStateException.class, "<u2", exposed::values);
+    }
+
+    private static void testCodecs(Client camera) {
+        Render options = new Render().width(200).height(150).samples(2).layers("depth_m");
+        Picture plain = camera.render(options);
+        Picture packed = camera.render(options.codec("shuffle-lz4"));
+        check("compressed pictures have the same bytes", plain.values().equals(packed.values())
+                && plain.arrays().get("depth_m").bytes().equals(packed.arrays().get("depth_m").bytes()));
+        for (byte[] bad : List.of(bytes(), bytes(0x10), bytes(0xF0, 0xFF), bytes(0x10, 1, 0, 0), bytes(0x10, 1, 2, 0),
+                bytes(0x1F, 1, 1, 0, 0xFF, 0xFF, 0xFF, 0), bytes(0x40, 1, 2, 3, 4), bytes(0x90, 1, 2, 3, 4, 5, 6, 7, 8, 9)))
+            checkThrows("a broken LZ4 block of " + bad.length + " bytes", IllegalArgumentException.class, "LZ4",
+                    () -> Codecs.decode("shuffle-lz4", ByteBuffer.wrap(bad), 4, 8));
+        // Literals 1 2, then 6 bytes from 2 before: 1 2 1 2 1 2 1 2, sorted by place.
+        ByteBuffer overlapping = Codecs.decode("shuffle-lz4", ByteBuffer.wrap(bytes(0x22, 1, 2, 2, 0, 0x00)), 4, 8);
+        byte[] found = new byte[8];
+        overlapping.get(found);
+        check("a match that overlaps", Arrays.equals(found, bytes(1, 1, 1, 1, 2, 2, 2, 2)), Arrays.toString(found));
+        checkThrows("another codec", IllegalArgumentException.class, "codec", () -> Codecs.decode("x", ByteBuffer.allocate(8), 4, 8));
+    }
+
+    private static void testTokens(String locked, Path folder) {
+        Duration patience = Duration.ofMinutes(2);
+        checkThrows("a server that wants a token", RequestException.class, "token", () -> Client.connect(locked));
+        checkThrows("a token that is none", IllegalArgumentException.class, "allowed 32",
+                () -> Client.connect(locked, patience, folder.resolve("java.png")));
+        checkThrows("a token that is missing", IllegalArgumentException.class, "cannot be read",
+                () -> Client.connect(locked, patience, folder.resolve("none")));
+        checkThrows("a wrong token", RequestException.class, "", () -> Client.connect(locked, patience, folder.resolve("wrong")));
+        try (Client known = Client.connect(locked, patience, folder.resolve("token"))) {
+            check("the token permits", known.server().permission().equals("scene") && known.status().waiting() == 0);
+        }
+    }
+
     private static void testCancelling(Client camera) throws Exception {
         Render endless = new Render().width(2048).height(2048).samples(65536);
         long[] told = new long[2];
@@ -181,10 +224,13 @@ final class ClientTest {
         try (Client camera = Client.connect(arguments[0], Duration.ofMinutes(2))) {
             testPictures(camera, folder);
             testScene(camera);
+            testSensor(camera);
+            testCodecs(camera);
             testCancelling(camera);
         }
+        testTokens(arguments[2], folder);
         testOwnServer(folder);
-        for (int i = 2; i < arguments.length; ++i) {
+        for (int i = 3; i < arguments.length; ++i) {
             String[] broken = arguments[i].split("=", 2);
             checkThrows("a broken server: " + broken[1], ConnectionLostException.class, broken[1],
                     () -> Client.connect(broken[0], Duration.ofMillis(300)));

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 package obscura.client;
 
+import java.nio.file.Path;
 import java.time.Duration;
 import java.util.LinkedHashMap;
 import java.util.List;
 import java.util.Map;
+import obscura.client.calls.Challenge;
 import obscura.client.calls.Describe;
 import obscura.client.calls.Hello;
 import obscura.client.calls.Render;
@@ -34,10 +36,11 @@ public final class Client implements AutoCloseable {
     private final Hello.Result server;
     private Runnable onClose = () -> {};
 
-    Client(String address, Duration timeout) {
+    Client(String address, Duration timeout, Token token) {
         connection = new Connection(address, timeout);
         try {
-            server = call(new Hello().protocolMin(1).protocolMax(1).client("obscura.client " + VERSION + " (Java)"));
+            Hello hello = new Hello().protocolMin(1).protocolMax(1).client("obscura.client " + VERSION + " (Java)");
+            server = call(token == null ? hello : hello.proof(token.proof(call(new Challenge()).challenge())));
         } catch (RuntimeException | Error error) {
             connection.close();
             throw error;
@@ -56,7 +59,12 @@ public final class Client implements AutoCloseable {
 
     /** The same, waiting at most so long for news from the server. */
     public static Client connect(String address, Duration timeout) {
-        return new Client(address, timeout);
+        return new Client(address, timeout, null);
+    }
+
+    /** The same, of a server that wants a token, which the file has. Throws IllegalArgumentException if it is none. */
+    public static Client connect(String address, Duration timeout, Path token) {
+        return new Client(address, timeout, new Token(token));
     }
 
     /** Starts a server of this program's own, which ends with the client. Throws ConnectionLostException. */
@@ -170,9 +178,12 @@ public final class Client implements AutoCloseable {
         return render(options, null);
     }
 
-    /** The same; `listener` is told of the progress, in rows. */
+    /** The same; `listener` is told of the progress, in rows. Pictures of servers elsewhere come compressed. */
     public Picture render(Render options, ProgressListener listener) {
-        Answer answer = connection.request(options.name(), options.fields(), listener);
+        Map<String, Object> fields = new LinkedHashMap<>(options.fields());
+        boolean isCompressed = !connection.isLocal() && server.codecs() != null && server.codecs().contains(Codecs.SHUFFLE_LZ4);
+        if (isCompressed) fields.putIfAbsent("codec", Codecs.SHUFFLE_LZ4);
+        Answer answer = connection.request(options.name(), fields, listener);
         if (answer.arrays().isEmpty()) throw connection.lost("a picture without pixels");
         return new Picture(options.read(answer.head()), answer.arrays());
     }

@@ -39,6 +39,7 @@ final class Connection implements AutoCloseable {
     private final Selector selector;
     private final SocketChannel channel;
     private final SelectionKey key;
+    private final boolean isLocal;
     /** Bytes that have arrived and are not used: position to limit. */
     private final ByteBuffer input = ByteBuffer.allocateDirect(1 << 16).order(ByteOrder.LITTLE_ENDIAN).limit(0);
 
@@ -59,6 +60,7 @@ final class Connection implements AutoCloseable {
         try {
             SocketAddress place = place(address);
             boolean isUnix = place instanceof UnixDomainSocketAddress;
+            isLocal = isUnix || isLoopback((InetSocketAddress) place);
             opened = isUnix ? SocketChannel.open(StandardProtocolFamily.UNIX) : SocketChannel.open();
             if (!isUnix) opened.setOption(StandardSocketOptions.TCP_NODELAY, true);
             opened.configureBlocking(false);
@@ -78,6 +80,11 @@ final class Connection implements AutoCloseable {
 
     String address() {
         return address;
+    }
+
+    /** Whether the server is on this machine. */
+    boolean isLocal() {
+        return isLocal;
     }
 
     boolean isOpen() {
@@ -266,6 +273,10 @@ final class Connection implements AutoCloseable {
         int colon = address.lastIndexOf(':');
         if (colon < 0) throw new IllegalArgumentException("neither HOST:PORT nor the path of a socket");
         return new InetSocketAddress(address.substring(0, colon), Integer.parseInt(address.substring(colon + 1)));
+    }
+
+    private static boolean isLoopback(InetSocketAddress place) {
+        return !place.isUnresolved() && place.getAddress().isLoopbackAddress();
     }
 
     private static String reason(Exception error) {

@@ -10,7 +10,8 @@ import java.util.List;
 import java.util.Map;
 
 /**
- * An array of an answer, as it stands in the buffer that was received: little-endian, last index fastest.
+ * An array of an answer, as it stands in the buffer that was received (unless it was compressed): little-endian, last index
+ * fastest.
  *
  * @param name what it holds: "irradiance", "depth_m", ...
  * @param dtype type of its numbers as numpy writes it: "&lt;f4", "&lt;u2"
@@ -46,8 +47,6 @@ public record DataArray(String name, String dtype, List<Integer> shape, ByteBuff
         if (rows == null) return arrays;
         for (Object each : (List<?>) rows) {
             Map<?, ?> row = (Map<?, ?>) each;
-            if (!"none".equals(row.get("codec")))
-                throw new IllegalArgumentException("an array with the codec " + row.get("codec"));
             long offset = (Long) row.get("offset");
             long count = (Long) row.get("bytes");
             if (offset < 0 || count < 0 || offset > body.capacity() - count)
@@ -59,9 +58,11 @@ public record DataArray(String name, String dtype, List<Integer> shape, ByteBuff
                 numbers = Math.multiplyExact(numbers, (long) (Long) extent);
             }
             String dtype = (String) row.get("dtype");
-            if (numbers * (dtype.charAt(dtype.length() - 1) - '0') != count)
-                throw new IllegalArgumentException("an array whose shape is not that of its bytes");
-            arrays.add(new DataArray((String) row.get("name"), dtype, List.copyOf(shape), body.slice((int) offset, (int) count)));
+            int elementBytes = dtype.charAt(dtype.length() - 1) - '0';
+            int plain = Math.toIntExact(Math.multiplyExact(numbers, (long) elementBytes));
+            ByteBuffer bytes = Codecs.decode((String) row.get("codec"), body.slice((int) offset, (int) count), elementBytes, plain);
+            if (bytes.capacity() != plain) throw new IllegalArgumentException("an array whose shape is not that of its bytes");
+            arrays.add(new DataArray((String) row.get("name"), dtype, List.copyOf(shape), bytes));
         }
         return arrays;
     }

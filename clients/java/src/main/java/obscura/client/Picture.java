@@ -4,6 +4,7 @@ package obscura.client;
 import java.awt.image.BufferedImage;
 import java.io.IOException;
 import java.nio.FloatBuffer;
+import java.nio.ShortBuffer;
 import java.nio.file.Files;
 import java.nio.file.Path;
 import java.util.Arrays;
@@ -17,8 +18,8 @@ import obscura.client.calls.Render;
 /**
  * A rendered picture. Arrays are views of the buffer that was received, first row on top; rows and columns count from 0.
  *
- * @param quantity "irradiance", or "radiance" if the scene says so
- * @param unit unit of the values: W/m2 per pixel at the entrance pupil, or W m-2 sr-1
+ * @param quantity "irradiance", "radiance" if the scene says so, or "dn" of a sensor
+ * @param unit unit of the values: W/m2 per pixel at the entrance pupil, W m-2 sr-1, or DN
  * @param bands spectral bands
  * @param height rows
  * @param width columns
@@ -27,13 +28,21 @@ import obscura.client.calls.Render;
  * @param timeS scene time
  * @param seconds time that the server took
  * @param truth poses of camera and bodies, if they were asked for, else null
+ * @param detector bits, window, exposure and flags of a sensor's readout, else null
  */
 public record Picture(String quantity, String unit, int bands, int height, int width, Map<String, DataArray> arrays,
-        List<Object> bandsNm, double timeS, double seconds, Map<String, Object> truth) {
+        List<Object> bandsNm, double timeS, double seconds, Map<String, Object> truth,
+        Map<String, Object> detector) {
 
     Picture(Render.Result head, List<DataArray> received) {
-        this(received.get(0).name(), head.unit(), received.get(0).shape().get(0), received.get(0).shape().get(1),
-                received.get(0).shape().get(2), byName(received), head.bandsNm(), head.timeS(), head.seconds(), head.truth());
+        this(received.get(0).name(), head.unit(), extent(received, 2), extent(received, 1), extent(received, 0), byName(received),
+                head.bandsNm(), head.timeS(), head.seconds(), head.truth(), head.detector());
+    }
+
+    /** Numbers along an axis of the first array, counted from the last; 1 if it has fewer. */
+    private static int extent(List<DataArray> received, int fromLast) {
+        List<Integer> shape = received.get(0).shape();
+        return fromLast < shape.size() ? shape.get(shape.size() - 1 - fromLast) : 1;
     }
 
     private static Map<String, DataArray> byName(List<DataArray> received) {
@@ -42,14 +51,23 @@ public record Picture(String quantity, String unit, int bands, int height, int w
         return arrays;
     }
 
-    /** The values: band after band, row after row. */
+    /** The light: band after band, row after row. Throws IllegalStateException for a picture of a sensor. */
     public FloatBuffer values() {
         return arrays.get(quantity).floats();
     }
 
-    /** Value of a pixel. */
+    /** Digital numbers of a sensor, row after row: unsigned. Throws IllegalStateException for other pictures. */
+    public ShortBuffer digitalNumbers() {
+        return arrays.get(quantity).shorts();
+    }
+
+    /** Light, or digital number, of a pixel. */
     public float value(int band, int row, int column) {
-        return values().get((band * height + row) * width + column);
+        return value((band * height + row) * width + column);
+    }
+
+    private float value(int place) {
+        return detector == null ? values().get(place) : Short.toUnsignedInt(digitalNumbers().get(place));
     }
 
     /** A further array, row after row: "depth_m", "normal.x", ... Throws IllegalArgumentException if it was not rendered. */
@@ -68,8 +86,7 @@ public record Picture(String quantity, String unit, int bands, int height, int w
     /** 8 bits a pixel for looking at: from dark to the 99.9th percentile of the lit pixels; not for measurement. */
     public BufferedImage preview() {
         float[] mean = new float[width * height];
-        FloatBuffer values = values();
-        for (int i = 0; i < bands * mean.length; ++i) mean[i % mean.length] += values.get(i) / bands;
+        for (int i = 0; i < bands * mean.length; ++i) mean[i % mean.length] += value(i) / bands;
         return stretched(mean, true);
     }
 
@@ -122,9 +139,8 @@ public record Picture(String quantity, String unit, int bands, int height, int w
 
     @Override
     public String toString() {
-        FloatBuffer values = values();
         float most = 0;
-        for (int i = 0; i < values.limit(); ++i) most = Math.max(most, values.get(i));
+        for (int i = 0; i < bands * height * width; ++i) most = Math.max(most, value(i));
         return String.format(Locale.ROOT, "Picture[%d x %d px, %d bands, %s up to %.4g %s, at %s s, arrays %s]", width, height,
                 bands, quantity, most, unit, timeS, String.join(", ", arrays.keySet()));
     }

@@ -59,7 +59,7 @@ public final class PrivateServer {
         Running running = new Running(program == null ? findProgram() : program);
         try {
             running.expectAddress();
-            Client client = new Client(running.socket(), timeout);
+            Client client = new Client(running.socket(), timeout, null);
             client.onClose(running::stop);
             if (scene != null) client.load(scene);
             return client;
