@@ -17,6 +17,7 @@ except ImportError:
 obscura, source = sys.argv[1], pathlib.Path(sys.argv[2])
 sys.path.insert(0, str(source / "clients" / "python"))
 from call_table import calls_of  # noqa: E402
+import cpp_stubs  # noqa: E402
 import java_stubs  # noqa: E402
 import lua_stubs  # noqa: E402
 import python_stubs  # noqa: E402
@@ -26,7 +27,7 @@ import obscura_client  # noqa: E402
 with obscura_client.start(program=obscura) as camera:
     calls = calls_of(camera.describe())
 wanted = {}
-for writer in (python_stubs, java_stubs, lua_stubs):
+for writer in (python_stubs, java_stubs, lua_stubs, cpp_stubs):
     wanted.update(writer.write(calls))
 # What the folder of Java's stubs has besides is of calls that are gone.
 gone = {file.relative_to(source) for file in (source / java_stubs.FOLDER).glob("*.java")} - {pathlib.Path(f) for f in wanted}

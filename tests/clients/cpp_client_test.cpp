@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C++ client with a server of its own: light beside its formula, changes of the scene, mistakes,
 // cancelling.
+#include "obscura_calls.hpp"
 #include "obscura_client.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -15,6 +16,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 using namespace obscura;
 using Catch::Matchers::ContainsSubstring;
@@ -129,6 +131,28 @@ TEST_CASE("a mistake is refused in the server's words and changes nothing", "[cl
     CHECK_THROWS_AS(camera.load_toml("name = 'x'\nwidth = = 3\n"), client::RequestError);
     CHECK_THROWS_AS(camera.load_toml(std::string(1 << 21, ' ')), client::BadUse);
     CHECK(camera.export_toml() == before);
+}
+
+TEST_CASE("typed calls have the fields and answers of the server's table", "[clients]") {
+    namespace calls = client::calls;
+    auto camera = start();
+    calls::SceneLoad load;
+    load.scene = lit_ball();
+    CHECK(calls::ask(camera, load).bodies == std::vector<std::string>{"ball"});
+    CHECK(calls::ask(camera, load).width == 33);
+    calls::SceneSet set{"body", client::Value("ball"), Map{{"albedo", 0.4}}};
+    calls::ask(camera, set);
+    CHECK(calls::ask(camera, calls::SceneGet{"body", "ball"}).keys.view()["albedo"].as(0.0) == 0.4);
+    calls::Render render;
+    render.samples = 1;
+    render.layers = {"depth_m"};
+    const auto picture = camera.call(calls::Render::name, render.fields());
+    CHECK_THAT(picture["depth_m"].at(16, 16), WithinAbs(9, 1e-4));
+    const auto told = calls::Render::read(picture.map());
+    CHECK(told.unit == "W m-2 sr-1");
+    CHECK(told.time_s == 0.0);
+    CHECK(told.truth.view().is_nil());
+    CHECK_FALSE(calls::ask(camera, calls::Status()).request);
 }
 
 TEST_CASE("a render is cancelled by progress, by its exception, and by another thread", "[clients]") {
