@@ -49,6 +49,15 @@ for _, bad in ipairs { packed .. "\xC0", "\xDD\xFF\xFF\xFF\xFF", "\xDB\xFF\xFF\x
   "\xC1", "\x81\x01\x02", "\xA1\xFF", "\xCF" .. ("\xFF"):rep(8) } do
   check(("a head of %d bytes that begins with %d is refused"):format(#bad, bad:byte()), not pcall(messagepack.unpack, bad))
 end
+math.randomseed(1)
+local strange = 0
+for _ = 1, 20000 do
+  local bytes = {}
+  for at = 1, math.random(1, 24) do bytes[at] = string.char(math.random(0, 255)) end
+  local read, why = pcall(messagepack.unpack, table.concat(bytes))
+  if not read and why:sub(1, 15) ~= "not MessagePack" then strange = strange + 1 end
+end
+check("random heads are read or refused", strange == 0, strange)
 check("functions cannot be sent", not pcall(messagepack.pack, { print }))
 check("lists with gaps cannot be sent", not pcall(messagepack.pack, { 1, nil, 3 }))
 local cycle = {}

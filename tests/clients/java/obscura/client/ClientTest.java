@@ -13,6 +13,7 @@ import java.util.LinkedHashMap;
 import java.util.List;
 import java.util.Map;
 import java.util.Objects;
+import java.util.Random;
 import obscura.client.calls.Render;
 import obscura.client.calls.SceneGet;
 import obscura.client.calls.SceneLoad;
@@ -89,6 +90,12 @@ final class ClientTest {
                 bytes(0xDB, 0xFF, 0xFF, 0xFF, 0xFF), bytes(0xDF, 0xFF, 0xFF, 0xFF, 0xFF), deep, bytes(0xC1), bytes(0x81, 1, 2),
                 bytes(0xA1, 0xFF), bytes(0xCF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF)))
             check("a head of " + bad.length + " bytes that begins with " + (bad[0] & 0xFF) + " is refused", !isHead(bad));
+        Random dice = new Random(1);
+        for (int i = 0; i < 20000; ++i) { // what is thrown besides IllegalArgumentException ends the test
+            byte[] random = new byte[1 + dice.nextInt(24)];
+            dice.nextBytes(random);
+            isHead(random);
+        }
         checkThrows("objects cannot be sent", IllegalArgumentException.class, "cannot be sent", () -> there(new Object()));
     }
 
