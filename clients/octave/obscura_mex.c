@@ -8,7 +8,8 @@
  *   error = obscura_mex('error', HANDLE)                                         of the last call
  *   obscura_mex('close', HANDLE)
  *
- * Ctrl-C cancels a call at the server and keeps the connection. Errors have identifiers obscura:CODE. */
+ * Ctrl-C in Octave cancels a call at the server and keeps the connection. Errors have identifiers
+ * obscura:CODE. */
 #include "obscura_mex_values.h"
 
 #include <mex.h>
@@ -24,7 +25,6 @@ static struct {
     double handle;
 } clients[MOST_CLIENTS];
 static double last_handle = 0;
-static obscura_client* volatile interruptible; /* the client whose call is waited for */
 
 static void close_all(void) {
     for (int i = 0; i < MOST_CLIENTS; ++i) {
@@ -102,9 +102,29 @@ static mxArray* run_start(const mxArray* in[]) {
     return keep(client, &error);
 }
 
-static void interrupt(int number) {
-    (void)number;
-    if (interruptible != NULL) obscura_cancel(interruptible);
+#ifdef HAVE_OCTAVE
+/* Octave's own flag: it takes SIGINT in a thread of its own. It acts on the flag once the function has
+ * returned. */
+extern volatile sig_atomic_t octave_interrupt_state;
+
+static int is_interrupted(void) {
+    return octave_interrupt_state > 0;
+}
+#else
+static int is_interrupted(void) { /* MATLAB has no way that is documented */
+    return 0;
+}
+#endif
+
+/** Waits for the answer; Ctrl-C cancels the request. */
+static obscura_status wait_for_answer(obscura_client* client, obscura_answer** answer) {
+    obscura_status status = OBSCURA_PENDING;
+    for (int cancelled = 0; status == OBSCURA_PENDING; status = obscura_wait(client, 0.1, answer)) {
+        if (cancelled || !is_interrupted()) continue;
+        obscura_cancel(client);
+        cancelled = 1;
+    }
+    return status;
 }
 
 static void run_call(int outputs, mxArray* out[], const mxArray* in[]) {
@@ -117,12 +137,8 @@ static void run_call(int outputs, mxArray* out[], const mxArray* in[]) {
     }
     char* name = text_of(in[1], "name of the call");
     obscura_answer* answer = NULL;
-    struct sigaction before, now = {.sa_handler = interrupt};
-    interruptible = client;
-    sigaction(SIGINT, &now, &before);
-    const obscura_status status = obscura_call(client, name == NULL ? "" : name, fields, &answer);
-    sigaction(SIGINT, &before, NULL);
-    interruptible = NULL;
+    obscura_status status = obscura_begin(client, name == NULL ? "" : name, fields);
+    if (status == OBSCURA_OK) status = wait_for_answer(client, &answer);
     mxFree(name);
     if (status != OBSCURA_OK) throw_error(obscura_last_error(client));
     out[0] = obscura_mx_of(obscura_answer_map(answer));

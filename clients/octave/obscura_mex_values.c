@@ -17,30 +17,24 @@ static int is_whole(double number) {
 
 static double element(const mxArray* array, size_t at) {
     const void* data = mxGetData(array);
+#define ELEMENT(class, type)                                                                                 \
+    case mx##class##_CLASS:                                                                                  \
+        return (double)((const type*)data)[at];
     switch (mxGetClassID(array)) {
-    case mxDOUBLE_CLASS:
-        return ((const double*)data)[at];
-    case mxSINGLE_CLASS:
-        return (double)((const float*)data)[at];
-    case mxINT8_CLASS:
-        return (double)((const int8_t*)data)[at];
-    case mxUINT8_CLASS:
-        return (double)((const uint8_t*)data)[at];
-    case mxINT16_CLASS:
-        return (double)((const int16_t*)data)[at];
-    case mxUINT16_CLASS:
-        return (double)((const uint16_t*)data)[at];
-    case mxINT32_CLASS:
-        return (double)((const int32_t*)data)[at];
-    case mxUINT32_CLASS:
-        return (double)((const uint32_t*)data)[at];
-    case mxINT64_CLASS:
-        return (double)((const int64_t*)data)[at];
-    case mxUINT64_CLASS:
-        return (double)((const uint64_t*)data)[at];
+        ELEMENT(DOUBLE, double)
+        ELEMENT(SINGLE, float)
+        ELEMENT(INT8, int8_t)
+        ELEMENT(UINT8, uint8_t)
+        ELEMENT(INT16, int16_t)
+        ELEMENT(UINT16, uint16_t)
+        ELEMENT(INT32, int32_t)
+        ELEMENT(UINT32, uint32_t)
+        ELEMENT(INT64, int64_t)
+        ELEMENT(UINT64, uint64_t)
     default:
         return mxIsLogical(array) ? (double)((const mxLogical*)data)[at] : NAN;
     }
+#undef ELEMENT
 }
 
 static obscura_value* number_value(const mxArray* array, size_t at, int whole) {
@@ -48,11 +42,12 @@ static obscura_value* number_value(const mxArray* array, size_t at, int whole) {
     return whole ? obscura_int((int64_t)element(array, at)) : obscura_number(element(array, at));
 }
 
+/** A double scalar is an integer if it is whole; an array of doubles are numbers: a key wants the one or the
+ * other. */
 static obscura_value* numbers_of(const mxArray* array) {
     const size_t rows = mxGetM(array), columns = mxGetN(array), count = mxGetNumberOfElements(array);
-    int whole = 1;
-    for (size_t i = 0; i < count; ++i)
-        whole = whole && is_whole(element(array, i));
+    const int is_real = mxIsDouble(array) || mxIsSingle(array);
+    const int whole = !is_real || (mxIsDouble(array) && count == 1 && is_whole(element(array, 0)));
     if (count == 1) return number_value(array, 0, whole);
     obscura_value* all = obscura_array_new();
     const int is_matrix = rows > 1 && columns > 1;

@@ -6,9 +6,9 @@
 #include <mex.h>
 #include <obscura_client.h>
 
-/** The value that an array means: a struct is a map, a string a string, a number that is whole an integer, a
- * vector an array, a matrix an array of its rows, a cell array an array, [] nil. NULL with the reason in
- * `why` if it cannot be sent. */
+/** The value that an array means: a struct is a map, a char array a string, a vector an array, a matrix an
+ * array of its rows, a cell array an array, [] nil. Integer classes are integers, and so is a double scalar
+ * that is whole; other numbers are numbers. NULL with the reason in `why` if it cannot be sent. */
 obscura_value* obscura_value_of(const mxArray* array, const char** why);
 
 /** The array of a value: a map is a struct, an array of numbers a row, an array of rows of one length a

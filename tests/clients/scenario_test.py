@@ -4,7 +4,7 @@
 refusal. One server; half of the clients come over TCP, half over its Unix socket, and Python over both.
 
 Usage: scenario_test.py OBSCURA SOURCE-DIRECTORY [--program LANGUAGE=FILE]...
-LANGUAGE: java (folder of compiled classes), c, c++ (programs). Says which languages were skipped. Exit status 1 if a client
+LANGUAGE: java (folder of compiled classes), octave (folder of the MEX function), c, c++ (programs). Says which languages were skipped. Exit status 1 if a client
 differs, 77 without numpy.
 """
 import os
@@ -41,6 +41,9 @@ LANGUAGES = [
     ("Lua", not lua_has_sockets() and "no Lua 5.4 with LuaSocket (Debian packages lua5.4, lua-socket)",
      ["lua5.4", here / "scenario.lua"], {"LUA_PATH": f"{source}/clients/lua/?.lua;{source}/clients/lua/?/init.lua;;"}, False),
     ("C", "c" not in programs and "no program was given", [programs.get("c")], {}, True),
+    ("Octave", "octave" not in programs and "no Octave with its development files (Debian package octave-dev)",
+     ["octave-cli", "--no-init-file", "--path", source / "clients" / "octave", "--path", programs.get("octave"), here / "scenario.m"],
+     {}, True),
     ("C++", "c++" not in programs and "no program was given", [programs.get("c++")], {}, False),
 ]
 
