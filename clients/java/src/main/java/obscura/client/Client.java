@@ -57,12 +57,12 @@ public final class Client implements AutoCloseable {
         return connect(address, DEFAULT_TIMEOUT);
     }
 
-    /** The same, waiting at most so long for news from the server. */
+    /** Client of a server that runs, waiting at most `timeout` for news from it. Throws ConnectionLostException. */
     public static Client connect(String address, Duration timeout) {
         return new Client(address, timeout, null);
     }
 
-    /** The same, of a server that wants a token, which the file has. Throws IllegalArgumentException if it is none. */
+    /** Client of a server that wants a token, which the file has. Throws IllegalArgumentException if it is none. */
     public static Client connect(String address, Duration timeout, Path token) {
         return new Client(address, timeout, new Token(token));
     }
@@ -72,7 +72,10 @@ public final class Client implements AutoCloseable {
         return new PrivateServer().start();
     }
 
-    /** The same, with a shipped scene or one of a file below the working directory. Throws RequestException, too. */
+    /**
+     * Starts a server of this program's own with a shipped scene, or one of a file below the working directory. Throws
+     * ConnectionLostException, RequestException.
+     */
     public static Client start(String scene) {
         return new PrivateServer().scene(scene).start();
     }
@@ -178,7 +181,7 @@ public final class Client implements AutoCloseable {
         return render(options, null);
     }
 
-    /** The same; `listener` is told of the progress, in rows. Pictures of servers elsewhere come compressed. */
+    /** Renders the scene and tells `listener` of the progress, in rows. Pictures of servers elsewhere come compressed. */
     public Picture render(Render options, ProgressListener listener) {
         Map<String, Object> fields = new LinkedHashMap<>(options.fields());
         boolean isCompressed = !connection.isLocal() && server.codecs() != null && server.codecs().contains(Codecs.SHUFFLE_LZ4);
