@@ -17,6 +17,13 @@ try() {
 }
 try python /usr/bin/python3 -c 'import obscura_client; obscura_client.start("demo").render(size=(64, 64)).save("python.png")'
 try lua lua5.4 -e 'require("obscura").start("demo"):render({ width = 64, height = 64 }):save("lua.png")'
-# Its file only: a Java runtime is ten times as large as all of this.
-dpkg-deb -c /packages/libobscura-java_*.deb | grep -q 'usr/share/java/obscura-client.jar' && echo "ok - the Java archive" || failed=1
+# Their files only: Java's runtime and Octave are ten times as large as all of this.
+has() {
+    if dpkg-deb -c /packages/"$1"_*.deb | grep -q "$2"; then echo "ok - $1"; else
+        failed=1
+        echo "NOT OK - $1 lacks $2"
+    fi
+}
+has libobscura-java usr/share/java/obscura-client.jar
+has octave-obscura obscura_mex.mex
 exit $failed
