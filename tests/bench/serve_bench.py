@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What calls of the rendering server cost its Python client, beside bare sockets on the same machine in the same run.
 
-Prints for TCP and the Unix socket: an empty call, a change of the scene, a picture of 1024 x 1024 pixels of nothing (4 MiB), and
-a small picture after a change of the scene `demo`, whose body is a mesh. No verdict.
+Prints for TCP and the Unix socket: an empty call, a change of the scene, a picture of 1024 x 1024 pixels of nothing (4 MiB), as
+many pixels of a sensor in the dark by each codec, and a small picture after a change of the scene `demo`, whose body is a mesh. No verdict.
 
 Usage: serve_bench.py OBSCURA [REPEATS]    (as /usr/bin/python3, which has Debian's numpy)
 """
@@ -21,6 +21,7 @@ from bare_sockets import PICTURE, EchoServer, receive
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "clients" / "python"))
 import obscura_client  # noqa: E402
+from obscura_client import protocol  # noqa: E402
 
 obscura, repeats = os.path.abspath(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2000
 
@@ -47,6 +48,25 @@ def floor(family):
         print(f"    bare sockets, 4 MiB        {times_us(max(repeats // 50, 10), lambda _i: ask(1, large))}")
 
 
+def dark_frames(camera, family):
+    """Pictures of a sensor in the dark, 2 MiB, as they are and by each codec; and, where it can be, 4 MiB of nothing in shared
+    memory."""
+    count = max(repeats // 50, 10)
+    camera.load(scene={"camera": {"width": 1024, "height": 1024}})
+    sensor = {"file": "generic", "readout": {"width": 1024, "height": 1024}}
+    for codec in protocol.codecs():
+        def exposed(_i):
+            return camera.render(exposure_s=0.01, sensor=sensor, samples=1, codec=codec)
+
+        exposed(0)
+        print(f"    dark frame, {codec:<14} {times_us(count, exposed)}")
+    if family == socket.AF_UNIX:
+        camera.load(scene={})
+        camera.share_memory(pictures=4, mib=8)
+        camera.render(size=(1024, 1024), samples=1)
+        print(f"    empty picture, shared      {times_us(count, lambda _i: camera.render(size=(1024, 1024), samples=1))}")
+
+
 with tempfile.TemporaryDirectory(prefix="obscura-bench-") as folder:
     path = os.path.join(folder, "socket")
     server = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", folder],
@@ -63,6 +83,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-bench-") as folder:
             camera.render(size=(1024, 1024), samples=1)
             print(f"    empty picture, 4 MiB       "
                   f"{times_us(max(repeats // 50, 10), lambda _i: camera.render(size=(1024, 1024), samples=1))}")
+            dark_frames(camera, family)
             camera.load("demo")
             camera.render(size=(64, 64), samples=1)
 

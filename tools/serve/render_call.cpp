@@ -28,9 +28,11 @@ using service::Answer;
 using service::Failure;
 using service::FailureCode;
 
-/// Rows that are rendered at a time: progress is reported, and a cancelled call ends, between them at the
-/// latest.
-constexpr std::int32_t block_rows = 16;
+/// Rows that are rendered at a time, at least: progress is reported between them.
+constexpr std::int32_t least_rows = 16;
+/// Twice as many follow where they took less than this, up to this part of the picture.
+constexpr std::chrono::milliseconds quick{20};
+constexpr std::int32_t least_blocks = 16;
 
 Failure bad_argument(const std::string& field, const std::string& what, const std::string& allowed) {
     return service::bad_argument(field, fmt::format("render: {}: {}, allowed {}", field, what, allowed),
@@ -112,14 +114,6 @@ json detector_facts(const Frame& frame, double mid_s) {
             {"exposure_s", {to_seconds(window.exposure_min_ns), to_seconds(window.exposure_max_ns)}},
             {"mid_s", mid_s},
             {"flags", flags}};
-}
-
-/// Copies a block of rows of every plane to its place in the whole picture.
-void copy_rows(std::span<const float> block, std::int32_t first_row, std::int32_t rows, const Region& window,
-               std::size_t from_plane, float* to) {
-    const std::size_t values = static_cast<std::size_t>(rows) * static_cast<std::size_t>(window.width);
-    const std::size_t offset = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(window.width);
-    std::copy_n(block.data() + from_plane * values, values, to + offset);
 }
 
 } // namespace
@@ -266,7 +260,7 @@ const renderer::Renderer& RenderCall::renderer(const Arguments& a, const scene::
     return made_->renderer;
 }
 
-/// Rows of a picture that are rendered, `block_rows` at a time.
+/// Rows of a picture that are rendered, a block at a time.
 struct RenderCall::Rows {
     Region window;
     std::vector<RowTime> times;
@@ -275,23 +269,31 @@ struct RenderCall::Rows {
     std::uint64_t done = 0, total = 0; ///< rows of all that the call makes, those before these
 
     [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(window.area()); }
+    /// Place of the first pixel of a row.
+    [[nodiscard]] std::size_t at(std::int32_t row) const {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(window.width);
+    }
 
-    /// Calls `render` with the request of each block and its number of pixels; `work` is told.
+    /// Calls `render` with the request of each block; `work` is told.
     template<typename Render>
     void each_block(service::Work& work, const Render& render) const {
-        for (std::int32_t y = 0; y < window.height; y += block_rows) {
+        using Clock = std::chrono::steady_clock;
+        Clock::time_point begun = Clock::now();
+        const std::int32_t most_rows = std::max(least_rows, window.height / least_blocks);
+        for (std::int32_t y = 0, rows = least_rows; y < window.height;) {
             work.progress(done + static_cast<std::uint64_t>(y), total);
             renderer::RenderRequest request;
             request.window = window;
             request.first_row = y;
-            request.rows = std::min(block_rows, window.height - y);
+            request.rows = std::min(rows, window.height - y);
             request.row_times =
                 std::span(times).subspan(static_cast<std::size_t>(y), static_cast<std::size_t>(request.rows));
             request.common_mid = common_mid;
             request.frame_id = frame;
-            const auto pixels =
-                static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(window.width);
-            if (work.cancelled() || !render(request, pixels)) throw service::cancelled();
+            if (work.cancelled() || !render(request)) throw service::cancelled();
+            y += request.rows;
+            const Clock::time_point now = Clock::now();
+            rows = now - std::exchange(begun, now) < quick ? std::min(2 * rows, most_rows) : least_rows;
         }
     }
 };
@@ -302,14 +304,10 @@ service::Array RenderCall::light(const renderer::Renderer& renderer, const Rows&
         std::string(name_of(renderer.scene().quantity)),
         {bands, static_cast<std::size_t>(rows.window.height), static_cast<std::size_t>(rows.window.width)},
         std::vector<float>(bands * rows.pixels())};
-    std::vector<float> block;
-    rows.each_block(work, [&](const renderer::RenderRequest& request, std::size_t pixels) {
-        block.resize(pixels * bands);
-        if (!renderer.render(request, block, &work.cancelled())) return false;
-        for (std::size_t b = 0; b < bands; ++b)
-            copy_rows(block, request.first_row, request.rows, rows.window, b,
-                      array.floats().data() + b * rows.pixels());
-        return true;
+    rows.each_block(work, [&](renderer::RenderRequest& request) {
+        request.plane_rows = rows.window.height;
+        return renderer.render(request, std::span(array.floats()).subspan(rows.at(request.first_row)),
+                               &work.cancelled());
     });
     return array;
 }
@@ -327,12 +325,13 @@ void RenderCall::add_layers(const renderer::Renderer& renderer, Rows rows,
     for (RowTime& time : rows.times)
         time = {time.mid(), time.mid()};
     std::vector<float> block;
-    rows.each_block(work, [&](const renderer::RenderRequest& request, std::size_t pixels) {
+    rows.each_block(work, [&](const renderer::RenderRequest& request) {
+        const std::size_t pixels = rows.at(request.rows);
         block.resize(pixels * renderer::aov_count);
         if (!renderer.render_aovs(request, block, &work.cancelled())) return false;
         for (std::size_t i = 0; i < aovs.size(); ++i)
-            copy_rows(block, request.first_row, request.rows, rows.window, aovs[i],
-                      arrays[first + i].floats().data());
+            std::copy_n(block.data() + aovs[i] * pixels, pixels,
+                        arrays[first + i].floats().data() + rows.at(request.first_row));
         return true;
     });
 }
