@@ -72,8 +72,8 @@ std::vector<iovec> parts_of(const Outgoing& message, std::size_t sent) {
 /// A request, from its arrival to its answer.
 class Connection::Job final : public Work {
 public:
-    Job(Connection& connection, std::uint32_t the_id, const Call& the_call, json the_request)
-        : id(the_id), call(the_call), request(std::move(the_request)), connection_(connection) {}
+    Job(std::uint32_t the_id, const Call& the_call, json the_request)
+        : id(the_id), call(the_call), request(std::move(the_request)) {}
 
     const std::uint32_t id;
     const Call& call;
@@ -83,28 +83,23 @@ public:
 
     [[nodiscard]] const std::atomic<bool>& cancelled() const noexcept override { return stop; }
     void progress(std::uint64_t now_done, std::uint64_t now_total) override {
+        if (now_done == 0) begun_ = Clock::now().time_since_epoch();
         done = now_done, total = now_total;
-        const Clock::time_point now = Clock::now();
-        if (now_done == 0) begun_ = now;
-        if (now - told_ < progress_period || now_done >= now_total) return;
-        told_ = now;
-        const double spent_s = std::chrono::duration<double>(now - begun_).count();
+    }
+    /// How far the call is; none: it has not said.
+    [[nodiscard]] std::optional<json> news(Clock::time_point now) const {
+        const std::uint64_t now_done = done, now_total = total;
+        if (now_total == 0) return {};
         json head{{"event", "progress"}, {"done", now_done}, {"total", now_total}};
+        const double spent_s = std::chrono::duration<double>(now.time_since_epoch() - begun_.load()).count();
         if (now_done > 0)
             head["left_s"] =
                 spent_s * static_cast<double>(now_total - now_done) / static_cast<double>(now_done);
-        {
-            const std::lock_guard lock(connection_.mutex_);
-            // A client that does not read needs no news.
-            if (!connection_.out_.empty()) return;
-            connection_.out_.push_back(make_message(MessageKind::event, id, std::move(head)));
-        }
-        connection_.wake_();
+        return head;
     }
 
 private:
-    Connection& connection_;
-    Clock::time_point begun_ = Clock::now(), told_ = begun_;
+    std::atomic<Clock::duration> begun_{Clock::now().time_since_epoch()};
 };
 
 Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, const Access& access,
@@ -145,7 +140,18 @@ void Connection::serve(short events) {
     if (!gone()) send();
 }
 
+void Connection::tell_progress(Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    // A client that does not read needs no news.
+    if (!current_ || !out_.empty() || now - told_ < progress_period) return;
+    std::optional<json> head = current_->news(now);
+    if (!head) return;
+    out_.push_back(make_message(MessageKind::event, current_->id, std::move(*head)));
+    told_ = now;
+}
+
 void Connection::look_at(Clock::time_point now) {
+    tell_progress(now);
     if (ends_) {
         if (now >= *ends_) hang_up();
         return;
@@ -231,7 +237,7 @@ void Connection::begin(const Call& call, std::uint32_t id, json request) {
         throw Failure(FailureCode::forbidden,
                       fmt::format("{} needs the permission \"{}\"", call.name, name_of(call.permission)));
     if (call.overtakes) return run_now(call, id, request);
-    auto job = std::make_shared<Job>(*this, id, call, std::move(request));
+    auto job = std::make_shared<Job>(id, call, std::move(request));
     {
         const std::lock_guard lock(mutex_);
         if (waiting_.size() >= limits_.requests)
@@ -252,7 +258,7 @@ void Connection::answer_failure(std::uint32_t id, const std::function<void()>& w
 }
 
 void Connection::run_now(const Call& call, std::uint32_t id, const json& request) {
-    Job work(*this, id, call, {});
+    Job work(id, call, {});
     queue(make_message(MessageKind::answer, id, bind(call, request).run(work).head));
 }
 
@@ -318,6 +324,7 @@ void Connection::run_jobs() {
         if (ending_) break;
         current_ = std::move(waiting_.front());
         waiting_.pop_front();
+        told_ = Clock::now();
         lock.unlock();
         Outgoing answer = run(*current_);
         lock.lock();

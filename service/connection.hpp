@@ -44,7 +44,8 @@ public:
     [[nodiscard]] short events() const;
     /// Receives and sends what `events`, as poll() gave them, allow.
     void serve(short events);
-    /// Ends the connection if a message, or hello, does not come in time.
+    /// Tells of the progress of the call, and ends the connection if a message, or hello, does not come in
+    /// time. To be called several times a second.
     void look_at(Clock::time_point now);
     /// Ends the connection and cancels its calls.
     void end() { hang_up(); }
@@ -58,6 +59,7 @@ private:
     /// Time that a client has to read the last message and to end the connection.
     static constexpr std::chrono::seconds farewell{1};
 
+    void tell_progress(Clock::time_point now);
     void receive();
     void take_messages();
     void take_request(std::uint32_t id, const std::string& text);
@@ -111,6 +113,7 @@ private:
     std::condition_variable changed_;
     std::deque<std::shared_ptr<Job>> waiting_;
     std::shared_ptr<Job> current_; ///< null: none
+    Clock::time_point told_{};     ///< when the last news of it were sent, or it began
     std::deque<Outgoing> out_;
     std::size_t sent_ = 0;      ///< bytes of the first of them
     bool answering_ = false;    ///< an answer of a job is among them, the only one that may have arrays
