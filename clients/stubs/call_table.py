@@ -37,8 +37,9 @@ class Call:
         return any(result.kind == "body" for result in self.results)
 
 
-_KINDS = {"true or false": "boolean", "boolean": "boolean", "integer": "integer", "number": "number", "string": "string", "file name": "string",
-          "map": "map", "array of maps": "maps", "array of strings": "strings", "string or integer": "string or integer", "string or map": "string or map"}
+_KINDS = {"true or false": "boolean", "boolean": "boolean", "integer": "integer", "number": "number", "string": "string",
+          "file name": "string", "map": "map", "array of maps": "maps", "array of strings": "strings",
+          "string or integer": "string or integer", "string or map": "string or map"}
 
 
 def _kind(text: str) -> str:

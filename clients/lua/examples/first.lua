@@ -1,5 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The first example of docs/clients-lua.md: a ball comes nearer. Run: LUA_PATH="clients/lua/?.lua;clients/lua/?/init.lua;;" lua5.4 first.lua
+-- The first example of docs/clients-lua.md: a ball comes nearer. Run:
+-- LUA_PATH="clients/lua/?.lua;clients/lua/?/init.lua;;" lua5.4 first.lua
 local obscura = require "obscura"
 local camera <close> = obscura.start()
 camera:set("camera", { width = 640, height = 480, focal_length_mm = 25, boresight = { 0, 0, 1 }, up = { 0, -1, 0 } })

@@ -49,6 +49,8 @@ final class Connection implements AutoCloseable {
     private int current;
     private boolean interrupted;
     private boolean cancelSent;
+    /** No message has been read in part. */
+    private boolean whole = true;
 
     private record Message(int kind, int id, Map<String, Object> head, ByteBuffer body) {}
 
@@ -57,6 +59,7 @@ final class Connection implements AutoCloseable {
         this.address = address;
         timeoutNanos = timeout.toNanos();
         SocketChannel opened = null;
+        Selector waiting = null;
         try {
             SocketAddress place = place(address);
             boolean isUnix = place instanceof UnixDomainSocketAddress;
@@ -64,7 +67,8 @@ final class Connection implements AutoCloseable {
             opened = isUnix ? SocketChannel.open(StandardProtocolFamily.UNIX) : SocketChannel.open();
             if (!isUnix) opened.setOption(StandardSocketOptions.TCP_NODELAY, true);
             opened.configureBlocking(false);
-            selector = Selector.open();
+            waiting = Selector.open();
+            selector = waiting;
             channel = opened;
             key = channel.register(selector, 0);
             boolean connected = channel.connect(place);
@@ -74,6 +78,7 @@ final class Connection implements AutoCloseable {
             }
         } catch (IOException | IllegalArgumentException error) {
             closeQuietly(opened);
+            closeQuietly(waiting);
             throw new ConnectionLostException(address + ": " + reason(error) + " (is `obscura serve` running there?)");
         }
     }
@@ -108,7 +113,8 @@ final class Connection implements AutoCloseable {
             return receive(number, listener);
         } catch (ObscuraException error) {
             throw error;
-        } catch (RuntimeException | Error error) { // of the listener
+        } catch (RuntimeException | Error error) { // of the listener, or memory is short
+            if (!whole) close();
             if (isOpen()) giveUp(number);
             throw error;
         } finally {
@@ -189,6 +195,7 @@ final class Connection implements AutoCloseable {
     private Message read() throws IOException {
         ByteBuffer frame = ByteBuffer.allocate(FRAME_BYTES).order(ByteOrder.LITTLE_ENDIAN);
         fill(frame);
+        whole = false;
         byte[] magic = new byte[MAGIC.length];
         frame.get(magic);
         int version = frame.get();
@@ -203,6 +210,7 @@ final class Connection implements AutoCloseable {
             throw new IOException("a message of " + headBytes + " + " + bodyBytes + " bytes is too large");
         ByteBuffer head = fill(ByteBuffer.allocate((int) headBytes));
         ByteBuffer body = fill(ByteBuffer.allocateDirect((int) bodyBytes));
+        whole = true;
         try {
             if (MessagePack.unpack(head) instanceof Map<?, ?> members) {
                 @SuppressWarnings("unchecked")
