@@ -167,6 +167,8 @@ final class ClientTest {
         Render options = new Render().width(200).height(150).samples(2).layers("depth_m");
         Picture plain = camera.render(options);
         Picture packed = camera.render(options.codec("shuffle-lz4"));
+        check("any call gives its arrays", camera.answer(options).arrays().stream().map(DataArray::name).toList()
+                .equals(List.of("irradiance", "depth_m")));
         check("compressed pictures have the same bytes", plain.values().equals(packed.values())
                 && plain.arrays().get("depth_m").bytes().equals(packed.arrays().get("depth_m").bytes()));
         for (byte[] bad : List.of(bytes(), bytes(0x10), bytes(0xF0, 0xFF), bytes(0x10, 1, 0, 0), bytes(0x10, 1, 2, 0),

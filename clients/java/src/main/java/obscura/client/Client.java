@@ -208,7 +208,12 @@ public final class Client implements AutoCloseable {
         return call.read(connection.request(call.name(), call.fields(), null).head());
     }
 
-    /** Any call by its name, with its arrays. */
+    /** Any call of obscura.client.calls, answered with its arrays. */
+    public Answer answer(Call<?> call) {
+        return connection.request(call.name(), call.fields(), null);
+    }
+
+    /** Any call by its name, answered with its arrays. */
     public Answer call(String name, Map<String, ?> fields) {
         return connection.request(name, new LinkedHashMap<>(fields), null);
     }
