@@ -4,6 +4,7 @@ import static obscura.client.Keys.keys;
 
 import java.nio.ByteBuffer;
 import java.nio.FloatBuffer;
+import java.nio.ShortBuffer;
 import java.nio.charset.StandardCharsets;
 import java.security.MessageDigest;
 import java.util.HexFormat;
@@ -48,6 +49,12 @@ final class Scenario {
             camera.set("body", "ball", keys("position_m", List.of(0.1, 0.2, 10.0)));
             camera.set("camera", keys("psf_sigma_px", null));
             show(camera.render(new Render().timeS(1.5).samples(16).seed(7).frame(4).layers("depth_m")));
+            Picture exposed = camera.render(new Render().exposureS(0.02)
+                    .sensor(keys("file", "generic", "readout", keys("width", 96, "height", 64))).samples(2).seed(7).frame(5).run(3));
+            long sum = 0;
+            for (ShortBuffer numbers = exposed.digitalNumbers(); numbers.hasRemaining();)
+                sum += Short.toUnsignedInt(numbers.get());
+            System.out.println("dn " + digest(exposed.arrays().get("dn").bytes()) + "\nsum " + sum);
             System.out.println("export " + digest(StandardCharsets.UTF_8.encode(camera.export())));
         }
     }

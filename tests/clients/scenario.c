@@ -38,6 +38,27 @@ static void show(obscura_client* camera, double time_s, int frame) {
     obscura_answer_free(picture);
 }
 
+/** Exposes a sensor and shows its digital numbers. */
+static void show_sensor(obscura_client* camera) {
+    obscura_value* size = obscura_map("width", obscura_int(96), "height", obscura_int(64), NULL);
+    obscura_value* sensor = obscura_map("file", obscura_string("generic"), "readout", size, NULL);
+    obscura_value* fields =
+        obscura_map("exposure_s", obscura_number(0.02), "sensor", sensor, "samples", obscura_int(2), "seed",
+                    obscura_int(7), "frame", obscura_int(5), "run", obscura_int(3), NULL);
+    obscura_answer* picture;
+    if (obscura_call(camera, "render", fields, &picture) != OBSCURA_OK) {
+        fprintf(stderr, "scenario: %s\n", obscura_last_error(camera)->message);
+        exit(1);
+    }
+    const obscura_array* numbers = obscura_array_find(picture, "dn");
+    long sum = 0;
+    for (size_t i = 0; i < numbers->count; ++i)
+        sum += ((const uint16_t*)numbers->data)[i];
+    show_digest("dn", numbers->data, numbers->bytes);
+    printf("sum %ld\n", sum);
+    obscura_answer_free(picture);
+}
+
 /** An array of whole numbers, which the exported scene keeps as such. */
 static obscura_value* whole(int x, int y, int z) {
     obscura_value* numbers = obscura_array_new();
@@ -73,6 +94,7 @@ int main(int argc, char* argv[]) {
     obscura_set_numbers(camera, "body", "ball", "position_m", (const double[]){0.1, 0.2, 10}, 3);
     obscura_set(camera, "camera", NULL, obscura_map("psf_sigma_px", obscura_nil(), NULL));
     show(camera, 1.5, 4);
+    show_sensor(camera);
     char* text;
     if (obscura_export(camera, &text) == OBSCURA_OK) show_digest("export", text, strlen(text));
     free(text);

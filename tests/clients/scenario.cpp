@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <numeric>
 #include <string>
 
 using namespace obscura;
@@ -64,6 +66,18 @@ void run(const std::string& address) {
     options.time_s = 1.5;
     options.frame = 4;
     show(camera.render(options));
+    const auto exposed = camera.call(
+        "render", {{"exposure_s", 0.02},
+                   {"sensor", client::Map{{"file", "generic"},
+                                          {"readout", client::Map{{"width", 96}, {"height", 64}}}}},
+                   {"samples", 2},
+                   {"seed", 7},
+                   {"frame", 5},
+                   {"run", 3}});
+    const client::Array numbers = exposed["dn"];
+    show_digest("dn", numbers.data(), numbers.bytes());
+    const auto* const first = static_cast<const std::uint16_t*>(numbers.data());
+    std::printf("sum %ld\n", std::accumulate(first, first + numbers.size(), 0L));
     const std::string text = camera.export_toml();
     show_digest("export", text.data(), text.size());
 }

@@ -39,4 +39,12 @@ if not done then print("refused " .. refused.code .. " " .. refused.field .. " "
 camera:set("body", "ball", { position_m = { 0.1, 0.2, 10.0 } })
 camera:set("camera", { psf_sigma_px = obscura.null })
 show(camera:render { time_s = 1.5, samples = 16, seed = 7, frame = 4, layers = { "depth_m" } })
+local exposed = camera:render { exposure_s = 0.02, sensor = { file = "generic", readout = { width = 96, height = 64 } }, samples = 2,
+  seed = 7, frame = 5, run = 3 }
+show_digest("dn", exposed.values.data)
+local sum = 0
+for _, row in exposed.values:rows() do
+  for _, number in ipairs(row) do sum = sum + number end
+end
+print("sum " .. sum)
 show_digest("export", camera:export())

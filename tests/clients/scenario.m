@@ -33,5 +33,10 @@ end
 obscura_set(camera, 'body', 'ball', 'position_m', [0.1 0.2 10]);
 obscura_set(camera, 'camera', 'psf_sigma_px', []);
 show(obscura_render(camera, 'time_s', 1.5, 'samples', 16, 'seed', 7, 'frame', 4, 'layers', {'depth_m'}));
+exposed = obscura_render(camera, 'exposure_s', 0.02, 'sensor', ...
+                         struct('file', 'generic', 'readout', struct('width', 96, 'height', 64)), 'samples', 2, 'seed', 7, ...
+                         'frame', 5, 'run', 3);
+show_digest('dn', as_received(exposed.values));
+printf('sum %d\n', sum(double(exposed.values(:))));
 show_digest('export', obscura_export(camera));
 obscura_close(camera);

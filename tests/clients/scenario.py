@@ -29,4 +29,8 @@ with obscura_client.connect(sys.argv[1]) as camera:
     camera.set("body", "ball", position_m=[0.1, 0.2, 10.0])
     camera.set("camera", psf_sigma_px=None)
     show(camera.render(time_s=1.5, samples=16, seed=7, frame=4, layers=["depth_m"]))
+    exposed = camera.render(exposure_s=0.02, sensor={"file": "generic", "readout": {"width": 96, "height": 64}}, samples=2, seed=7,
+                            frame=5, run=3)
+    print("dn", hashlib.sha256(exposed.values.tobytes()).hexdigest())
+    print("sum", exposed.values.sum(dtype=numpy.int64))
     print("export", hashlib.sha256(camera.export().encode()).hexdigest())

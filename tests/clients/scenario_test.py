@@ -71,7 +71,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-scenario-") as folder:
 # What the first client printed is what the scenario asks for: a disc of light, and its depth.
 sha = "[0-9a-f]{64}"
 shape = re.compile(rf"values {sha}\ndepth {sha}\nlit (\d+)\nseen (\d+)\nrefused bad-scene body\[0\]\.albedo 0 to 1\n"
-                   rf"values {sha}\ndepth {sha}\nlit (\d+)\nseen (\d+)\nexport {sha}\n")
+                   rf"values {sha}\ndepth {sha}\nlit (\d+)\nseen (\d+)\ndn {sha}\nsum \d+\nexport {sha}\n")
 found = shape.fullmatch(wanted or "")
 if found and 500 < int(found[2]) < int(found[4]) and int(found[1]) >= int(found[2]) // 2:
     print("ok - the second picture is of a nearer ball")
