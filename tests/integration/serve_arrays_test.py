@@ -236,6 +236,8 @@ async def with_asyncio(path, wanted):
         pictures = await asyncio.gather(*(camera.render(float(k), **options) for k in range(8)))
         check("asyncio: pictures asked for at once are those of the other client",
               [p.values.tobytes() for p in pictures] == [w.values.tobytes() for w in wanted])
+        check("asyncio: typed calls are asked", (await camera.calls.scene_get(section="body", item="asteroid"))["keys"]["name"] ==
+              "asteroid" and (await camera.calls.render(width=8, height=8))[1]["irradiance"].shape == (1, 8, 8))
         told = []
         endless = asyncio.create_task(camera.render(size=(2048, 2048), samples=65536, bounces=4, progress=lambda *p: told.append(p)))
         behind = asyncio.create_task(camera.render(1.0, **options))

@@ -16,6 +16,7 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple
 import numpy
 
 from . import messagepack, protocol
+from .aio_calls import AsyncCalls
 from .client import Item, render_fields
 from .connection import Connection, Progress
 from .errors import ConnectionLost, RequestError
@@ -38,6 +39,7 @@ class Client:
 
     def __init__(self, connected: Connection, server: Dict[str, Any], timeout_s: float) -> None:
         self.server = server
+        self.calls = AsyncCalls(self._request)  # each call of the server, with types
         self._address, self._is_local, self._timeout_s = connected.address, connected.is_local, timeout_s
         self._socket: Optional[socket.socket] = connected.detach()
         self._next = 1 << 16  # beyond what has been used
