@@ -2,7 +2,7 @@
 /* MEX function over libobscura-client for Octave and MATLAB, plain C. The .m files beside it are its
  * interface.
  *
- *   handle = obscura_mex('connect', ADDRESS, TIMEOUT_S)
+ *   handle = obscura_mex('connect', ADDRESS, TIMEOUT_S, TOKEN_FILE)
  *   handle = obscura_mex('start', SCENE, ROOT, PROGRAM, THREADS, TIMEOUT_S)      empty: default
  *   [map, arrays] = obscura_mex('call', HANDLE, NAME, FIELDS)
  *   error = obscura_mex('error', HANDLE)                                         of the last call
@@ -78,11 +78,12 @@ static mxArray* keep(obscura_client* client, const obscura_error* error) {
 }
 
 static mxArray* run_connect(const mxArray* in[]) {
-    const obscura_connect_options options = {.timeout_s = mxGetScalar(in[1])};
-    char* address = text_of(in[0], "address");
+    char *address = text_of(in[0], "address"), *token_file = text_of(in[2], "token file");
+    const obscura_connect_options options = {.timeout_s = mxGetScalar(in[1]), .token_file = token_file};
     obscura_error error;
     obscura_client* client = obscura_connect(address, &options, &error);
     mxFree(address);
+    mxFree(token_file);
     return keep(client, &error);
 }
 
@@ -160,7 +161,7 @@ void mexFunction(int outputs, mxArray* out[], int inputs, const mxArray* in[]) {
     static const struct {
         const char* name;
         int inputs;
-    } actions[] = {{"connect", 2}, {"start", 5}, {"call", 3}, {"error", 1}, {"close", 1}};
+    } actions[] = {{"connect", 3}, {"start", 5}, {"call", 3}, {"error", 1}, {"close", 1}};
     char name[16] = "";
     if (inputs > 0 && mxIsChar(in[0])) mxGetString(in[0], name, sizeof name);
     int action = 0;

@@ -2,6 +2,7 @@
 // The C client beside servers that keep to the protocol, are late, vanish, or mean harm.
 #include "obscura_client.h"
 #include "service/failure.hpp"
+#include "service/tokens.hpp"
 #include "tests/clients/fake_server.hpp"
 #include "tests/support/catch.hpp"
 
@@ -482,6 +483,45 @@ TEST_CASE("where no server is, none is found", "[clients]") {
     CHECK(error.status == OBSCURA_BAD_USE);
     obscura_close(nullptr);
     obscura_answer_free(nullptr);
+}
+
+TEST_CASE("a token is proved without being sent", "[clients]") {
+    const TempFolder folder;
+    const std::string secret = "0123456789abcdef0123456789ABCDEF",
+                      challenge = obscura::service::make_challenge();
+    const std::string file = folder.write("token", secret);
+    obscura::service::Token token{};
+    std::copy(secret.begin(), secret.end(), token.begin());
+    std::vector<json> calls;
+    std::string given = challenge;
+    const FakeServer server([&](const FakeConnection& connection) {
+        calls.clear();
+        for (auto request = connection.read(); request.id != 0; request = connection.read()) {
+            calls.push_back(request.head);
+            connection.answer(request.id, {{"challenge", given}});
+        }
+    });
+    const auto connected = [&](const std::string& name) {
+        obscura_connect_options options{};
+        options.token_file = name.c_str();
+        obscura_error error{};
+        const bool good = Client(obscura_connect(server.address().c_str(), &options, &error)) != nullptr;
+        return good ? std::string() : std::string(error.message);
+    };
+    CHECK(connected(file).empty());
+    REQUIRE(calls.size() == 2);
+    CHECK(calls[0].at("call") == "challenge");
+    CHECK(calls[1].at("call") == "hello");
+    CHECK(calls[1].at("proof") == obscura::service::proof_of(token, challenge)); // by OpenSSL
+    CHECK_THAT(connected((folder.path() / "none").string()), ContainsSubstring("No such file"));
+    CHECK_THAT(connected(folder.write("short", "31 bytes").string()),
+               ContainsSubstring("which has 32 bytes"));
+    CHECK_THAT(connected(folder.write("long", secret + "\n").string()),
+               ContainsSubstring("which has 32 bytes"));
+    for (const char* bad : {"", "00", "x"}) {
+        given = bad + challenge.substr(1);
+        CHECK_THAT(connected(file), ContainsSubstring("challenge is none"));
+    }
 }
 
 TEST_CASE("a program that is no server is told of", "[clients]") {

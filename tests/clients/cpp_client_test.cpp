@@ -90,6 +90,21 @@ TEST_CASE("a picture has the light and depth of its scene", "[clients]") {
     CHECK_NOTHROW(camera.render(options));
 }
 
+TEST_CASE("a sensor gives digital numbers", "[clients]") {
+    auto camera = start();
+    camera.load("demo");
+    client::RenderOptions options;
+    options.sensor = "star250";
+    options.exposure_s = 0.01;
+    options.samples = 1;
+    const auto picture = camera.render(options);
+    const auto numbers = picture["dn"];
+    CHECK(numbers.dtype() == "<u2");
+    CHECK(numbers.begin() == nullptr);
+    CHECK(numbers.bytes() == 2 * numbers.size());
+    CHECK(picture.map()["unit"].string() == "DN");
+}
+
 TEST_CASE("a scene is changed, read and written out", "[clients]") {
     auto camera = start();
     camera.load("demo");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scenario of scenario_test.py in C++. Usage: scenario ADDRESS
-#include "clients/c/examples/sha256.h"
+#include "clients/c/src/sha256.h"
 
 #include <obscura_client.hpp>
 

@@ -6,7 +6,7 @@
  *
  * Usage: rendezvous [FRAMES [FOLDER]]
  * Build: cc rendezvous.c $(pkg-config --cflags --libs obscura-client) -lm */
-#include "sha256.h"
+#include "../src/sha256.h"
 
 #include <math.h>
 #include <obscura_client.h>

@@ -81,7 +81,8 @@ typedef struct obscura_error {
 typedef struct obscura_connect_options {
     double timeout_s;        /**< longest silence of the server, and longest wait for a connection; 600 */
     uint64_t max_body_bytes; /**< largest arrays of one answer; 2^36 */
-    uint64_t reserved[6];    /**< 0 */
+    const char* token_file; /**< file of the token that the server wants (obscura serve --make-token); none */
+    uint64_t reserved[5];   /**< 0 */
 } obscura_connect_options;
 
 /** What obscura_start() starts. Members that are 0 have their default. */
@@ -196,24 +197,28 @@ OBSCURA_API obscura_status obscura_export(obscura_client* client, char** toml);
 /** Fields of `render`. Members that are 0 are not sent, so that the server's default holds (also for seed 0:
  * use obscura_call()). */
 typedef struct obscura_render_options {
-    double time_s;             /**< scene time of mid-exposure */
-    double exposure_s;         /**< exposure time */
-    int width, height;         /**< size of the picture, with the same field of view; that of the scene */
-    int window[4];             /**< column, row, width and height of the only part that is rendered; all */
-    int samples;               /**< samples per pixel */
-    double error;              /**< relative standard error of a pixel to sample to */
-    int max_samples;           /**< with error */
-    int bounces;               /**< reflections after the first */
-    int64_t seed;              /**< of the random numbers */
-    int64_t frame;             /**< number of the frame */
-    int truth;                 /**< other than 0: poses, as `truth` of the answer's map */
+    double time_s;     /**< scene time of mid-exposure */
+    double exposure_s; /**< exposure time */
+    int width, height; /**< size of the picture, with the same field of view; that of the scene */
+    int window[4];     /**< column, row, width and height of the only part that is rendered; all */
+    int samples;       /**< samples per pixel */
+    double error;      /**< relative standard error of a pixel to sample to */
+    int max_samples;   /**< with error */
+    int bounces;       /**< reflections after the first */
+    int64_t seed;      /**< of the random numbers */
+    int64_t frame;     /**< number of the frame */
+    int truth;         /**< other than 0: poses, as `truth` of the answer's map */
+    const char*
+        sensor; /**< shipped sensor, or a file below the server's folder, that exposes the picture; none */
+    double gain_db;            /**< of a sensor */
     const char* const* layers; /**< names of further arrays ("depth_m", ...), behind the last NULL; none */
     uint64_t reserved[8];      /**< 0 */
 } obscura_render_options;
 
 /**
  * Renders the scene. The picture's first array, "irradiance" or "radiance", is float32 [bands, height, width]
- * with the first row on top; the others are the layers, float32 [height, width], NAN where nothing is.
+ * with the first row on top; with a sensor it is "dn", uint16 [height, width]. The others are the layers,
+ * float32 [height, width], NAN where nothing is.
  * Without `options` the defaults hold. `*picture` receives the picture, which is to be freed, or NULL on
  * failure.
  */

@@ -109,6 +109,8 @@ static obscura_value* render_fields(const obscura_render_options* options) {
     put_int(fields, "seed", options->seed);
     put_int(fields, "frame", options->frame);
     if (options->truth) obscura_put(fields, "truth", obscura_bool(1));
+    if (options->sensor != NULL) obscura_put(fields, "sensor", obscura_string(options->sensor));
+    put_number(fields, "gain_db", options->gain_db);
     if (options->layers != NULL) obscura_put(fields, "layers", obscura_strings(options->layers));
     return fields;
 }

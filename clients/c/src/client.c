@@ -4,6 +4,7 @@
 #include "answer.h"
 #include "messagepack.h"
 #include "receive.h"
+#include "token.h"
 #include "transport.h"
 #include "value.h"
 
@@ -256,6 +257,27 @@ obscura_status obscura_call(obscura_client* client, const char* name, obscura_va
 
 /* Connections */
 
+/** Says hello, with the proof of a token if there is one. */
+static obscura_status greet(obscura_client* client, const char* token_file) {
+    obscura_value* fields = obscura_map("protocol_min", obscura_int(1), "protocol_max", obscura_int(1),
+                                        "client", obscura_string("libobscura-client"), NULL);
+    if (token_file != NULL) {
+        obscura_answer* answer;
+        const obscura_status status = obscura_call(client, "challenge", NULL, &answer);
+        char proof[65], why[512] = "";
+        const char* challenge = obscura_as_string(obscura_find(obscura_answer_map(answer), "challenge"));
+        const int proved = status == OBSCURA_OK && oc_prove(token_file, challenge, proof, why, sizeof why);
+        obscura_answer_free(answer);
+        if (!proved) {
+            obscura_value_free(fields);
+            return status != OBSCURA_OK ? status
+                                        : oc_fail(&client->error, OBSCURA_BAD_USE, "bad-use", "%s", why);
+        }
+        obscura_put(fields, "proof", obscura_string(proof));
+    }
+    return obscura_call(client, "hello", fields, &client->hello);
+}
+
 obscura_client* obscura_connect(const char* address, const obscura_connect_options* options,
                                 obscura_error* error) {
     static const obscura_connect_options defaults = {0};
@@ -278,10 +300,8 @@ obscura_client* obscura_connect(const char* address, const obscura_connect_optio
         oc_fail(&client->error, OBSCURA_BAD_USE, "bad-use", "not enough memory or descriptors");
     } else if ((client->socket = oc_open(address, oc_now_s() + client->timeout_s, why, sizeof why)) < 0) {
         oc_lose(client, "%s", why);
-    } else {
-        obscura_value* fields = obscura_map("protocol_min", obscura_int(1), "protocol_max", obscura_int(1),
-                                            "client", obscura_string("libobscura-client"), NULL);
-        if (obscura_call(client, "hello", fields, &client->hello) == OBSCURA_OK) return client;
+    } else if (greet(client, options->token_file) == OBSCURA_OK) {
+        return client;
     }
     if (error != NULL) *error = client->error;
     obscura_close(client);

@@ -6,7 +6,7 @@
 //
 // Usage: rendezvous [FRAMES [FOLDER]]
 // Build: c++ -std=c++17 rendezvous.cpp $(pkg-config --cflags --libs obscura-client)
-#include "../../c/examples/sha256.h"
+#include "../../c/src/sha256.h"
 
 #include <obscura_client.hpp>
 

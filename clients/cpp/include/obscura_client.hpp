@@ -283,6 +283,9 @@ struct RenderOptions {
     std::vector<int> window; ///< column, row, width, height; empty: all
     std::vector<std::string> layers;
     bool truth = false;
+    std::string
+        sensor; ///< that exposes the picture: shipped, or a file below the server's folder; empty: none
+    std::optional<double> gain_db; ///< of a sensor
 
     [[nodiscard]] Map fields() const {
         Map map{{"time_s", time_s}, {"truth", truth}};
@@ -299,6 +302,8 @@ struct RenderOptions {
         put("seed", seed);
         put("frame", frame);
         if (!window.empty()) map.put("window", window);
+        put("gain_db", gain_db);
+        if (!sensor.empty()) map.put("sensor", sensor);
         if (!layers.empty()) map.put("layers", layers);
         return map;
     }
@@ -406,11 +411,14 @@ private:
     std::unique_ptr<Told> progress_; ///< stays where it is when the client moves
 };
 
-/// Client of a server that runs: "HOST:PORT", or the path of its Unix socket.
-inline Client connect(const std::string& address = "127.0.0.1:5152", double timeout_s = 600) {
+/// Client of a server that runs: "HOST:PORT", or the path of its Unix socket. `token_file`: file of the token
+/// that the server wants; empty: none.
+inline Client connect(const std::string& address = "127.0.0.1:5152", double timeout_s = 600,
+                      const std::string& token_file = {}) {
     obscura_error error;
     obscura_connect_options options{};
     options.timeout_s = timeout_s;
+    options.token_file = token_file.empty() ? nullptr : token_file.c_str();
     obscura_client* const client = obscura_connect(address.c_str(), &options, &error);
     if (client == nullptr) check(error.status, error);
     return Client(client);
