@@ -24,7 +24,10 @@ namespace {
 using nlohmann::json;
 
 /// Bytes that are received of one client before the others have their turn.
-constexpr std::size_t most_at_once = 1 << 16;
+constexpr std::size_t most_at_once = 1 << 14;
+/// Heads beyond this are read on the connection's own thread: a MiB takes some 50 ms, for which other clients
+/// would wait.
+constexpr std::size_t most_read_here = 1 << 14;
 /// Messages that a client may leave unread before nothing more is read of it.
 constexpr std::size_t most_unread = 256;
 /// Shortest time between two progress events.
@@ -40,6 +43,12 @@ json error_head(const Failure& failure) {
 
 Outgoing error_message(std::uint32_t id, const Failure& failure) {
     return make_message(MessageKind::error, id, error_head(failure));
+}
+
+void check_permission(const Call& call, Permission permission) {
+    if (call.permission > permission)
+        throw Failure(FailureCode::forbidden,
+                      fmt::format("{} needs the permission \"{}\"", call.name, name_of(call.permission)));
 }
 
 /// Parts of the message behind its first `sent` bytes; at most as many as one call sends.
@@ -73,11 +82,16 @@ std::vector<iovec> parts_of(const Outgoing& message, std::size_t sent) {
 class Connection::Job final : public Work {
 public:
     Job(std::uint32_t the_id, const Call& the_call, json the_request)
-        : id(the_id), call(the_call), request(std::move(the_request)) {}
+        : id(the_id), call(&the_call), request(std::move(the_request)) {}
+    /// Of a head that has not been read, of a client with that permission.
+    Job(std::uint32_t the_id, std::string the_text, Permission the_permission)
+        : id(the_id), text(std::move(the_text)), permission(the_permission) {}
 
     const std::uint32_t id;
-    const Call& call;
-    const json request;
+    std::atomic<const Call*> call{nullptr}; ///< null: the head has not been read
+    json request;
+    std::string text; ///< of that head
+    const Permission permission = Permission::view;
     std::atomic<bool> stop{false};
     std::atomic<std::uint64_t> done{0}, total{0};
 
@@ -210,16 +224,13 @@ void Connection::take_messages() {
         begun_ = Clock::now();
 }
 
-void Connection::take_request(std::uint32_t id, const std::string& text) {
+void Connection::take_request(std::uint32_t id, std::string text) {
     answer_failure(id, [&] {
+        if (text.size() > most_read_here && greeted_)
+            return enqueue(
+                std::make_shared<Job>(id, std::move(text), access_.permission.value_or(Permission::view)));
         json request = read_head(text, limits_);
-        const auto name = request.find("call");
-        if (name == request.end() || !name->is_string()) {
-            Failure failure(FailureCode::bad_message, "the field \"call\" is missing, or is no string");
-            failure.field = "call";
-            throw failure;
-        }
-        const Call& call = find_call(calls_, name->get_ref<const std::string&>());
+        const Call& call = call_of(request);
         if (!greeted_ && call.name != "hello" && call.name != "challenge")
             throw Failure(FailureCode::no_hello, "the first request of a connection is hello");
         const bool proves = call.name == "hello" && access_.tokens != nullptr && request.contains("proof");
@@ -232,12 +243,24 @@ void Connection::take_request(std::uint32_t id, const std::string& text) {
     });
 }
 
+const Call& Connection::call_of(const json& request) const {
+    const auto name = request.find("call");
+    if (name != request.end() && name->is_string())
+        return find_call(calls_, name->get_ref<const std::string&>());
+    Failure failure(FailureCode::bad_message, "the field \"call\" is missing, or is no string");
+    failure.field = "call";
+    throw failure;
+}
+
 void Connection::begin(const Call& call, std::uint32_t id, json request) {
-    if (call.permission > access_.permission.value_or(Permission::view))
-        throw Failure(FailureCode::forbidden,
-                      fmt::format("{} needs the permission \"{}\"", call.name, name_of(call.permission)));
-    if (call.overtakes) return run_now(call, id, request);
-    auto job = std::make_shared<Job>(id, call, std::move(request));
+    check_permission(call, access_.permission.value_or(Permission::view));
+    if (call.overtakes)
+        run_now(call, id, request);
+    else
+        enqueue(std::make_shared<Job>(id, call, std::move(request)));
+}
+
+void Connection::enqueue(std::shared_ptr<Job> job) {
     {
         const std::lock_guard lock(mutex_);
         if (waiting_.size() >= limits_.requests)
@@ -343,10 +366,22 @@ void Connection::run_jobs() {
     wake_();
 }
 
+void Connection::read(Job& job) const {
+    job.request = read_head(std::exchange(job.text, {}), limits_);
+    const Call& call = call_of(job.request);
+    check_permission(call, job.permission);
+    if (call.overtakes)
+        throw Failure(FailureCode::too_large,
+                      fmt::format("{}: a head of more than {} bytes", call.name, most_read_here));
+    job.call = &call;
+}
+
 Outgoing Connection::run(Job& job) {
     try {
         if (job.stop) throw cancelled();
-        Answer answer = bind(job.call, job.request).run(job);
+        if (job.call.load() == nullptr) read(job);
+        const Call& call = *job.call.load();
+        Answer answer = service::bind(call, job.request).run(job);
         if (ring_ && !answer.arrays.empty())
             if (const auto place = ring_->write(job.id, answer.arrays)) {
                 answer.head["memory"] = {{"slot", place->slot}, {"sequence", place->sequence}};
@@ -385,7 +420,7 @@ Answer Connection::status() const {
     const std::lock_guard lock(mutex_);
     json head{{"waiting", waiting_.size()}};
     if (current_) {
-        head["call"] = current_->call.name;
+        if (const Call* const call = current_->call.load()) head["call"] = call->name;
         head["request"] = current_->id;
         head["done"] = current_->done.load();
         head["total"] = current_->total.load();

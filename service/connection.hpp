@@ -62,7 +62,13 @@ private:
     void tell_progress(Clock::time_point now);
     void receive();
     void take_messages();
-    void take_request(std::uint32_t id, const std::string& text);
+    void take_request(std::uint32_t id, std::string text);
+    /// The call that a request names. Throws Failure.
+    [[nodiscard]] const Call& call_of(const nlohmann::json& request) const;
+    /// Lets the job wait in its turn. Throws Failure.
+    void enqueue(std::shared_ptr<Job> job);
+    /// Reads the head of a job. Throws Failure.
+    void read(Job& job) const;
     /// Runs `call`, or lets it wait in its turn. Throws Failure.
     void begin(const Call& call, std::uint32_t id, nlohmann::json request);
     /// Takes the proof of a hello. Throws Failure.
@@ -79,7 +85,7 @@ private:
     [[nodiscard]] Outgoing run(Job& job);
     [[nodiscard]] Answer open_memory(std::size_t slots, std::uint64_t bytes);
     [[nodiscard]] Calls own_calls();
-    [[nodiscard]] Answer hello_answer() const;
+    [[nodiscard]] Answer hello_answer();
     [[nodiscard]] Answer status() const;
     /// Cancels the request, or all for 0. Returns how many were.
     std::size_t cancel(std::uint32_t id);
@@ -104,6 +110,7 @@ private:
     std::optional<Clock::time_point> begun_; ///< of the message whose first bytes are in input_
     const Clock::time_point connected_ = Clock::now();
     bool greeted_ = false;
+    std::string api_; ///< hash of the table of calls; empty: nobody has asked
     /// Nothing is read as requests any more; the connection ends when the client ends it, or then.
     std::optional<Clock::time_point> ends_;
 

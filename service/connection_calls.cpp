@@ -49,7 +49,16 @@ Answer Connection::open_memory(std::size_t slots, std::uint64_t bytes) {
     return answer;
 }
 
-Answer Connection::hello_answer() const {
+/// FNV-1a of the table: clients see whether it is the one that they were written for.
+static std::string hash_of(const Calls& calls) {
+    std::uint64_t hash = 0xCBF29CE484222325U;
+    for (const char c : describe(calls).dump())
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+    return fmt::format("{:016x}", hash);
+}
+
+Answer Connection::hello_answer() {
+    if (api_.empty()) api_ = hash_of(calls_);
     json limits = session_->limits();
     limits["clients"] = limits_.clients;
     limits["head_bytes"] = limits_.head_bytes;
@@ -57,14 +66,10 @@ Answer Connection::hello_answer() const {
     limits["head_depth"] = limits_.head_depth;
     limits["shared_bytes"] = limits_.shared_bytes;
     limits["requests"] = limits_.requests;
-    // FNV-1a of the table: clients see whether it is the one that they were written for.
-    std::uint64_t hash = 0xCBF29CE484222325U;
-    for (const char c : describe(calls_).dump())
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
     return {{{"server", "obscura"},
              {"version", host_.version()},
              {"protocol", protocol_version},
-             {"api", fmt::format("{:016x}", hash)},
+             {"api", api_},
              {"permission", name_of(access_.permission.value_or(Permission::view))},
              {"codecs", names_of_enum<Codec>()},
              {"limits", std::move(limits)}}};

@@ -279,6 +279,35 @@ TEST_CASE("mistakes are answered, and the connection lives on", "[service]") {
     CHECK(client.answer().head["value"] == "alive");
 }
 
+TEST_CASE("a large head is read in its turn, and answered like any other", "[service]") {
+    const Bench bench;
+    Client client(bench);
+    const std::string text(500'000, 'x');
+    client.request(2, {{"call", "echo"}, {"value", text}});
+    client.request(3, {{"call", "echo"}, {"value", 3}});
+    CHECK(client.answer().head["value"] == text);
+    CHECK(client.answer().head["value"] == 3);
+    for (const auto& [request, code] : {std::pair{json{{"call", "ecko"}, {"value", text}}, "unknown-call"},
+                                        {{{"x", text}}, "bad-message"},
+                                        {{{"call", "echo"}, {"valu", text}}, "bad-argument"},
+                                        {{{"call", "hello"}, {"client", text}}, "too-large"}}) {
+        client.request(4, request);
+        const Message message = client.answer();
+        CHECK(message.frame.id == 4);
+        CHECK(message.head["code"] == code);
+    }
+    client.write(frame_text({MessageKind::request, 7, 500'000, 0}) + std::string(500'000, '\x91'));
+    CHECK(client.answer().head["code"] == "bad-message");
+    Client remote = Client::over_tcp(bench);
+    remote.request(1, {{"call", "hello"}});
+    (void)remote.answer();
+    remote.request(2, {{"call", "admin"}, {"value", text}});
+    CHECK(remote.answer().head["code"] == "forbidden");
+    Client early(bench, false);
+    early.request(2, {{"call", "echo"}, {"value", text}});
+    CHECK(early.answer().head["code"] == "no-hello");
+}
+
 TEST_CASE("a fault of the framing is answered, and ends the connection", "[service]") {
     const Bench bench;
     for (const std::string& text : {std::string("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"),
