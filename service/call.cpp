@@ -26,6 +26,15 @@ Failure failure_of(const ConfigError& error, std::string_view call) {
     return failure;
 }
 
+void read_table(std::string_view call, const config::Value& table, const config::Keys& keys,
+                const std::vector<std::string_view>& elsewhere) {
+    try {
+        (void)config::read_keys(table, {std::string(call), ""}, keys, elsewhere);
+    } catch (const ConfigError& error) {
+        throw failure_of(error, call);
+    }
+}
+
 bool is_own(std::string_view name) {
     return name == "call" || name == "arrays";
 }
@@ -65,12 +74,15 @@ BoundCall bind(const Call& call, const json& request) {
         if (call.lenient && !known) continue;
         table.members.push_back({name, {}, value_of(value, name)});
     }
-    try {
-        (void)config::read_keys(table, {std::string(call.name), ""}, bound.fields.keys, elsewhere);
-    } catch (const ConfigError& error) {
-        throw failure_of(error, call.name);
-    }
+    read_table(call.name, table, bound.fields.keys, elsewhere);
     return bound;
+}
+
+void read_values(std::string_view call, const json& values, const config::Keys& keys) {
+    config::Value table;
+    for (const auto& [name, value] : values.items())
+        table.members.push_back({name, {}, value_of(value, name)});
+    read_table(call, table, keys, {});
 }
 
 json describe(const config::Keys& keys) {

@@ -109,6 +109,10 @@ struct NoArguments {
 /// mistake.
 [[nodiscard]] BoundCall bind(const Call& call, const nlohmann::json& request);
 
+/// Reads `values`, a map, into the targets of `keys`; those that it does not name stay. Throws Failure
+/// (bad_argument) at the first mistake, with the name of the key as its field.
+void read_values(std::string_view call, const nlohmann::json& values, const config::Keys& keys);
+
 /// Rows as `describe` gives them.
 [[nodiscard]] nlohmann::json describe(const Calls& calls);
 

@@ -130,7 +130,7 @@ Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, 
           return all;
       }()),
       access_(access),
-      thread_([this] { run_jobs(); }) {}
+      thread_(limits.stack_bytes, [this] { run_jobs(); }) {}
 
 Connection::~Connection() {
     hang_up();

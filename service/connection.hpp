@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "core/stack_thread.hpp"
 #include "service/limits.hpp"
 #include "service/message.hpp"
 #include "service/session.hpp"
@@ -20,7 +21,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 
 namespace obscura::service {
 
@@ -127,7 +127,7 @@ private:
     std::size_t before_it_ = 0; ///< messages before that answer
     bool ending_ = false;
     std::atomic<bool> at_rest_{false};
-    std::thread thread_; ///< last, so that all else is there when it starts
+    StackThread thread_; ///< last, so that all else is there when it starts
 };
 
 } // namespace obscura::service

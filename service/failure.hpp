@@ -23,6 +23,8 @@ enum class FailureCode : std::uint8_t {
     forbidden,    ///< the connection lacks the permission
     too_large,    ///< beyond a limit of the server
     busy,         ///< no room for one more client or request
+    controlled,   ///< another client has the camera
+    not_now,      ///< the camera's state does not allow it
     cancelled,    ///< by a call of the client
     internal,     ///< a fault of the server
 };
@@ -32,6 +34,7 @@ constexpr auto enum_names(FailureCode /*type*/) {
                       EnumName{C::bad_argument, "bad-argument"}, EnumName{C::bad_scene, "bad-scene"},
                       EnumName{C::no_hello, "no-hello"},         EnumName{C::forbidden, "forbidden"},
                       EnumName{C::too_large, "too-large"},       EnumName{C::busy, "busy"},
+                      EnumName{C::controlled, "controlled"},     EnumName{C::not_now, "not-now"},
                       EnumName{C::cancelled, "cancelled"},       EnumName{C::internal, "internal"}};
 }
 

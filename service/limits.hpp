@@ -19,6 +19,7 @@ struct Limits {
     std::size_t requests = 64;                   ///< of a client, received and not yet begun
     std::chrono::milliseconds message_ms{30000}; ///< from the first byte of a message to its last
     std::chrono::milliseconds hello_ms{10000};   ///< from the connection to `hello`
+    std::size_t stack_bytes = 8U << 20;          ///< of the thread of a client
 };
 
 } // namespace obscura::service
