@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -87,6 +88,13 @@ public:
     /// "ADDRESS:PORT" of the client that controls the camera through this transport; empty: none. Valid
     /// between start() and stop(). Thread-safe.
     [[nodiscard]] virtual std::string controller() const { return {}; }
+    /// What run_between_commands() runs, with the controller() of that instant.
+    using ControlWork = std::function<void(const std::string& controller)>;
+    /// Runs `work` on the thread of the control protocol, which owns the settings of the camera, so that no
+    /// command of a client comes in between. Returns once it has run, and rethrows what it throws. False,
+    /// without effect: there is no such thread. Called between start() and stop(), not on that thread;
+    /// thread-safe.
+    [[nodiscard]] virtual bool run_between_commands(const ControlWork& /*work*/) { return false; }
     /// Takes control away from a client of the control protocol, if there is one: its acquisition ends, and
     /// the next client may take control. Called between start() and stop().
     virtual void release_control() {}

@@ -207,6 +207,10 @@ std::string GigeCamera::controller() const {
     return parts_ ? parts_->port.controller() : std::string();
 }
 
+bool GigeCamera::run_between_commands(const ControlWork& work) {
+    return parts_ && parts_->server.run([&] { work(parts_->port.controller()); });
+}
+
 void GigeCamera::release_control() {
     if (parts_) parts_->server.release_control();
 }

@@ -63,6 +63,7 @@ void ControlServer::start() {
     timer_ = FileDescriptor(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
     stop_event_ = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     release_event_ = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+    work_event_ = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     const auto watch = [this](int fd) {
         epoll_event e{};
         e.events = EPOLLIN;
@@ -75,6 +76,8 @@ void ControlServer::start() {
     watch(timer_.get());
     watch(stop_event_.get());
     watch(release_event_.get());
+    watch(work_event_.get());
+    work_.open();
     armed_ = {INT64_MAX};
     thread_ = std::thread([this] { loop(); });
 }
@@ -89,6 +92,10 @@ void ControlServer::release_control() {
     if (thread_.joinable()) signal(release_event_);
 }
 
+bool ControlServer::run(const std::function<void()>& work) {
+    return work_.run(work, [this] { signal(work_event_); });
+}
+
 void ControlServer::announce_disk() noexcept {
     constexpr std::int64_t longest_write_ns = 60 * ns_per_s;
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
@@ -98,6 +105,7 @@ void ControlServer::stop() {
     if (!thread_.joinable()) return;
     signal(stop_event_);
     thread_.join();
+    work_.close();
     heartbeat_.rest();
     port_.release("is left: the camera stops");
     for (FileDescriptor& s : sockets_)
@@ -119,6 +127,12 @@ void ControlServer::loop() {
                 std::uint64_t requests = 0;
                 if (read(fd, &requests, sizeof requests) > 0 && port_.controlled())
                     port_.release("has lost control by obscura release");
+                continue;
+            }
+            if (fd == work_event_.get()) {
+                std::uint64_t handed_over = 0;
+                if (read(fd, &handed_over, sizeof handed_over) > 0) work_.serve();
+                heartbeat_.beat();
                 continue;
             }
             if (fd == timer_.get()) {

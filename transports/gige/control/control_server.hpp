@@ -6,9 +6,11 @@
 #include "core/file_descriptor.hpp"
 #include "core/heartbeat.hpp"
 #include "core/realtime.hpp"
+#include "core/work_queue.hpp"
 #include "transports/gige/control/control_port.hpp"
 
 #include <array>
+#include <functional>
 #include <thread>
 
 namespace obscura::transports::gige {
@@ -29,6 +31,9 @@ public:
     void stop();
     /// Makes the controller, if any, lose control soon. Thread-safe between start() and stop().
     void release_control();
+    /// Runs `work` on the control thread between two commands and returns once it has run. False: the server
+    /// is not started. Thread-safe; not on the control thread.
+    bool run(const std::function<void()>& work);
     /// Control thread: announces a write to a disk, which may be slow and is no hung thread.
     void announce_disk() noexcept;
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
@@ -45,7 +50,8 @@ private:
     const int udp_port_;
     const ThreadSettings thread_settings_;
     std::array<FileDescriptor, 3> sockets_; // unicast, limited broadcast, subnet broadcast
-    FileDescriptor epoll_, timer_, stop_event_, release_event_;
+    FileDescriptor epoll_, timer_, stop_event_, release_event_, work_event_;
+    WorkQueue work_;
     Time armed_{INT64_MAX};
     Heartbeat heartbeat_{"gige-control"};
     std::thread thread_;
