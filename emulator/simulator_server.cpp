@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/realtime.hpp"
+#include "emulator/frame_outcome.hpp"
 #include "sync/ipv4_endpoint.hpp"
 
 #include <fmt/format.h>
@@ -28,10 +29,6 @@ constexpr std::size_t most_input = 16 * simulator_line_bytes; // input buffered 
 constexpr std::int64_t patience_ns = 60 * ns_per_s;           // longest wait for one frame
 constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // longest wait for a busy camera
 
-std::uint64_t settled(const CameraCounters& c) {
-    return c.complete + c.abandoned + c.dropped + c.missed_triggers + c.masked_triggers + c.ignored;
-}
-
 std::string explain_unknown_name(const PoseRings& rings) {
     std::string names;
     for (const auto& [name, unused] : rings)
@@ -44,16 +41,6 @@ std::string quality_words(const QualityCounters& q) {
     return fmt::format("level={} error={:.5f} rows_degraded={} reasons={} margin_us={}",
                        name_of(q.last_level), q.last_error, q.last_rows_degraded, q.last_reasons,
                        q.last_margin_us);
-}
-
-const char* outcome(const CameraCounters& before, const CameraCounters& after) {
-    if (after.complete > before.complete)
-        return after.repeated > before.repeated ? "repeated" : after.late > before.late ? "late" : "complete";
-    if (after.abandoned > before.abandoned)
-        return after.partial > before.partial             ? "partial"
-               : after.late_dropped > before.late_dropped ? "dropped"
-                                                          : "abandoned";
-    return after.dropped > before.dropped ? "dropped" : "missed";
 }
 
 } // namespace
@@ -108,20 +95,34 @@ void SimulatorServer::start() {
     wake_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (!wake_) fail();
     stopping_ = false;
+    handed_over_.open();
     thread_ = std::thread([this] { work(); });
 }
 
 void SimulatorServer::stop() {
     if (!thread_.joinable()) return;
     stopping_ = true;
-    const std::uint64_t one = 1;
-    [[maybe_unused]] const ssize_t written = ::write(wake_.get(), &one, sizeof one);
+    wake();
     thread_.join();
+    handed_over_.close();
     heartbeat_.rest();
     clients_.clear();
     step_ = {};
     for (FileDescriptor* fd : {&tcp_, &udp_, &wake_})
         *fd = FileDescriptor();
+}
+
+void SimulatorServer::wake() const {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const ssize_t written = ::write(wake_.get(), &one, sizeof one);
+}
+
+FileDescriptor SimulatorServer::connect() {
+    int ends[2] = {-1, -1};
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) != 0) return {};
+    FileDescriptor own(ends[0]), other(ends[1]);
+    const bool taken = handed_over_.run([&] { add_client(std::move(own), true); }, [this] { wake(); });
+    return taken ? std::move(other) : FileDescriptor();
 }
 
 void SimulatorServer::step_with(sync::SoftwareTrigger* source) {
@@ -150,10 +151,13 @@ void SimulatorServer::work() {
         const bool in_step = step_.client != nullptr;
         const timespec limit{0, in_step ? 500 * ns_per_us : Heartbeat::longest_wait_ns};
         if (::ppoll(watched.data(), watched.size(), &limit, nullptr) < 0 && errno != EINTR) break;
+        std::uint64_t rings = 0;
+        if (watched[0].revents != 0 && ::read(wake_.get(), &rings, sizeof rings) < 0) rings = 0;
         if (watched[2].revents != 0) receive_datagrams();
         for (std::size_t i = 0; i < clients_.size(); ++i)
             if (watched[3 + i].revents != 0) receive(*clients_[i]);
         if (watched[1].revents != 0) accept_client();
+        if (rings != 0) handed_over_.serve();
         go_on_with_step();
         for (const auto& client : clients_)
             handle_lines(*client);
@@ -167,7 +171,9 @@ void SimulatorServer::work() {
 void SimulatorServer::accept_client() {
     FileDescriptor fd(::accept4(tcp_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd) return;
-    if (clients_.size() >= most_clients) {
+    const auto remote = std::count_if(clients_.begin(), clients_.end(),
+                                      [](const auto& client) { return !client->of_this_process; });
+    if (static_cast<std::size_t>(remote) >= most_clients) {
         refused_.fetch_add(1);
         return;
     }
@@ -180,9 +186,14 @@ void SimulatorServer::accept_client() {
     set(IPPROTO_TCP, TCP_KEEPIDLE, 10); // s
     set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
     set(IPPROTO_TCP, TCP_KEEPCNT, 4);
+    add_client(std::move(fd), false);
+}
+
+void SimulatorServer::add_client(FileDescriptor fd, bool of_this_process) {
     connections_.fetch_add(1);
     clients_.push_back(std::make_unique<Client>());
     clients_.back()->fd = std::move(fd);
+    clients_.back()->of_this_process = of_this_process;
     answer(*clients_.back(), "obscura simulator 1");
 }
 
@@ -293,7 +304,7 @@ void SimulatorServer::go_on_with_step() {
         return;
     }
     const CameraCounters after = camera_.counters();
-    if (settled(after) == settled(*step_.before)) {
+    if (ended_edges(after) == ended_edges(*step_.before)) {
         if (now <= step_.give_up) return;
         end();
         return refuse(client, "step: the frame does not come");
@@ -302,7 +313,7 @@ void SimulatorServer::go_on_with_step() {
     const CameraCounters before = *step_.before;
     end();
     answer(client, fmt::format("frame {} {} {} {} {}", camera_.moments().frame_id, seconds_text(step_.scene),
-                               outcome(before, after), after.late_rows - before.late_rows,
+                               outcome_of(before, after), after.late_rows - before.late_rows,
                                quality_words(after.quality)));
 }
 

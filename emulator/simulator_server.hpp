@@ -5,6 +5,7 @@
 #include "core/file_descriptor.hpp"
 #include "core/heartbeat.hpp"
 #include "core/time.hpp"
+#include "core/work_queue.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/pose_ring.hpp"
 #include "emulator/render_scheduling.hpp"
@@ -53,6 +54,9 @@ public:
     /// Throws HardwareError or ConfigError.
     void start();
     void stop();
+    /// A connection of this process, beside those of the network. Empty: the server is not started.
+    /// Thread-safe; not after stop() has begun.
+    [[nodiscard]] FileDescriptor connect();
     /// Sets the trigger source of steps; null: steps are refused. `source` must outlive the next call.
     void step_with(sync::SoftwareTrigger* source);
 
@@ -65,6 +69,7 @@ private:
         FileDescriptor fd;
         std::string input;
         bool gone = false;
+        bool of_this_process = false;
         Time last_step{-1}; ///< scene time of the last step of this connection
     };
     /// The step in progress.
@@ -75,7 +80,9 @@ private:
     };
 
     void work();
+    void wake() const;
     void accept_client();
+    void add_client(FileDescriptor fd, bool of_this_process);
     void receive(Client& client);
     void receive_datagrams();
     void handle_lines(Client& client);
@@ -97,6 +104,7 @@ private:
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
     std::atomic<bool> stopping_{false}, stepping_{false};
     FileDescriptor tcp_, udp_, wake_;
+    WorkQueue handed_over_; ///< connections of this process
     std::uint16_t port_ = 0;
     std::vector<std::unique_ptr<Client>> clients_;
     Step step_;
