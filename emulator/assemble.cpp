@@ -10,6 +10,7 @@
 #include "sync/sources/ptp_timer.hpp"
 #include "sync/sources/udp.hpp"
 #include "transports/file/settings.hpp"
+#include "transports/watch/watch.hpp"
 
 #include <fmt/format.h>
 #include <sys/random.h>
@@ -229,7 +230,8 @@ make_transports(const DaemonConfig& config, CameraControl& control, const Clock&
 
 std::size_t frames_needed(const DaemonConfig& config) {
     // The pipeline's, and the last one, under deadline.policy "repeat", which may be chosen while running.
-    return Releaser::frames_in_flight + 2 + config.transports.frames_held();
+    return Releaser::frames_in_flight + 2 + config.transports.frames_held() +
+           (config.control.enabled() ? transports::WatchTransport::frames_held : 0);
 }
 
 } // namespace obscura::emulator

@@ -51,6 +51,14 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
         std::make_shared<images::SharedCards>(renderer::lens_cards(imaging_->renderer->scene().camera));
     transports_ = make_transports(config, *camera_, imaging_->clock, threads, std::move(ptp_status),
                                   autostart_.get(), lens_cards_);
+    if (config.control.enabled()) {
+        auto watch = std::make_unique<transports::WatchTransport>(
+            static_cast<std::size_t>(imaging_->camera.limits.rows_max) *
+                static_cast<std::size_t>(imaging_->camera.limits.sensor_width),
+            [cores = ordinary_cores(threads)] { enter_client_thread("watch", cores); });
+        watch_ = watch.get();
+        transports_.push_back(std::move(watch));
+    }
     std::vector<std::string> kinds;
     for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
@@ -181,6 +189,17 @@ void CameraUnit::write_timing_to(std::ostream& out) {
     out << timing_.header();
     timing_out_ = &out;
     timing_.keep_rows(imaging_->pool->max_rows());
+}
+
+void CameraUnit::run_between_commands(const transports::Transport::ControlWork& work) {
+    for (const auto& transport : transports_)
+        if (transport->run_between_commands(work)) return;
+    const std::lock_guard lock(commands_);
+    work({});
+}
+
+FileDescriptor CameraUnit::connect_to_simulator() {
+    return simulator_ ? simulator_->connect() : FileDescriptor();
 }
 
 void CameraUnit::release_control() {

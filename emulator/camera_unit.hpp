@@ -2,6 +2,7 @@
 // One camera of the daemon with its frame pipeline, row release, transports, simulator and output lines.
 #pragma once
 
+#include "core/file_descriptor.hpp"
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/autostart.hpp"
@@ -16,11 +17,13 @@
 #include "images/writers/shared_cards.hpp"
 #include "sync/ptp_monitor.hpp"
 #include "transports/transport.hpp"
+#include "transports/watch/watch.hpp"
 
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -69,6 +72,16 @@ public:
     void set_tai_correction_ns(std::int64_t ns) noexcept { imaging_->clock.set_tai_correction_ns(ns); }
     void write_timing_to(std::ostream& out);
 
+    /// Runs `work` where no client of a transport changes the camera meanwhile, with the address of the
+    /// client that controls it (empty: none), and returns once it has run. Rethrows what it throws. Between
+    /// start() and stop(); thread-safe.
+    void run_between_commands(const transports::Transport::ControlWork& work);
+    /// A connection to the simulator port; empty: there is none. Between start() and stop(); thread-safe.
+    [[nodiscard]] FileDescriptor connect_to_simulator();
+
+    /// Frames for programs that look at the camera; null: no calls are configured.
+    [[nodiscard]] transports::WatchTransport* watch() const noexcept { return watch_; }
+
     /// Takes control away from the clients of its transports.
     void release_control();
 
@@ -99,9 +112,11 @@ private:
     std::unique_ptr<Autostart>
         autostart_; ///< null: only clients start the acquisition, or no control port is open
     std::vector<std::unique_ptr<transports::Transport>> transports_;
+    transports::WatchTransport* watch_ = nullptr; ///< the last one of them
     std::unique_ptr<SimulatorServer> simulator_;
     std::unique_ptr<OutputLines> outputs_;
     std::string address_ = "none";
+    std::mutex commands_; ///< of run_between_commands() without a control thread
 };
 
 } // namespace obscura::emulator

@@ -82,6 +82,7 @@ public:
     [[nodiscard]] const ThreadPlan& threads() const noexcept { return threads_; }
     [[nodiscard]] std::size_t camera_count() const noexcept { return units_.size(); }
     [[nodiscard]] Camera& camera(std::size_t number = 0) noexcept { return units_.at(number)->camera(); }
+    [[nodiscard]] CameraUnit& unit(std::size_t number) noexcept { return *units_.at(number); }
     /// Configuration in use.
     [[nodiscard]] const emulator::DaemonConfig& config() const noexcept { return config_; }
 

@@ -7,6 +7,7 @@
 #include "core/memory_budget.hpp"
 #include "core/terminal_text.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/control/call_server.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/monitor/monitor.hpp"
 #include "emulator/service_notify.hpp"
@@ -127,8 +128,8 @@ void write_statistics(const emulator::Daemon& daemon, const std::string& file) {
 }
 
 // Serves until SIGTERM or SIGINT.
-void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, const sigset_t& signals,
-           const Options& options) {
+void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallServer& calls,
+           const sigset_t& signals, const Options& options) {
     const MonotonicClock clock;
     const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
     Time next_beat = clock.now();
@@ -138,6 +139,7 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, const sigset_t&
     const auto mind = [&] {
         daemon.tick();
         monitor.tick();
+        calls.tick();
         // Notify the watchdog after a third of its interval, so that one notification may be lost; withhold
         // it when a thread hangs.
         if (watchdog_ns > 0 && clock.now() >= next_beat && daemon.alive()) {
@@ -221,15 +223,18 @@ int run(const Options& options) {
     daemon.start();
     emulator::Monitor monitor(daemon, emulator::version);
     monitor.start();
+    emulator::CallServer calls(daemon, monitor, emulator::version);
+    calls.start();
     const std::string ready = fmt::format("ready {}\n", daemon.address());
     std::fputs(ready.c_str(), stdout);
     std::fflush(stdout);
     if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
     emulator::notify_service_manager("READY=1");
 
-    serve(daemon, monitor, signals, options);
+    serve(daemon, monitor, calls, signals, options);
 
     emulator::notify_service_manager("STOPPING=1");
+    calls.stop();
     daemon.stop();
     log_notice("{}", daemon.summary());
     if (!options.statistics_file.empty()) write_whole(options.statistics_file, daemon.statistics_json());

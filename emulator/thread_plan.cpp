@@ -5,6 +5,7 @@
 #include "core/log.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -76,12 +77,7 @@ void grant_rendering(RenderScheduling& render, bool required) {
 
 // Rendering without cores of its own keeps off those of threads with a priority, if that leaves any.
 void separate_rendering(ThreadPlan& plan, const CoreSet& permitted) {
-    CoreSet taken;
-    for (const ThreadSettings* thread :
-         {&plan.trigger, &plan.detector, &plan.release, &plan.transmit, &plan.display})
-        if (thread->priority > 0) taken |= thread->cores;
-    const CoreSet left = permitted & ~taken;
-    if (plan.render.cores.none() && taken.any() && left.any()) plan.render.cores = left;
+    if (plan.render.cores.none()) plan.render.cores = ordinary_cores(plan, permitted);
     if (plan.pipeline.cores.none() && plan.pipeline.priority == 0) plan.pipeline.cores = plan.render.cores;
 }
 
@@ -113,6 +109,21 @@ ThreadPlan configured_threads(const emulator::DaemonConfig& config) {
             render,
             tiles,
             tiles_share};
+}
+
+CoreSet ordinary_cores(const ThreadPlan& plan, const CoreSet& permitted) {
+    CoreSet taken;
+    for (const ThreadSettings* thread :
+         {&plan.trigger, &plan.detector, &plan.release, &plan.transmit, &plan.display})
+        if (thread->priority > 0) taken |= thread->cores;
+    return taken.any() ? permitted & ~taken : CoreSet{};
+}
+
+void enter_client_thread(const char* name, const CoreSet& cores) noexcept {
+    constexpr int nice_level = 5;
+    name_this_thread(name);
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice_level);
+    pin_this_thread(cores);
 }
 
 int highest_priority(const ThreadPlan& plan) noexcept {

@@ -31,6 +31,14 @@ struct ThreadPlan {
 [[nodiscard]] ThreadPlan granted_threads(const emulator::DaemonConfig& config,
                                          const CoreSet& permitted = permitted_cores());
 
+/// Cores of `permitted` that no thread with a priority has been given; empty: there are none, or no thread
+/// with a priority has cores of its own.
+[[nodiscard]] CoreSet ordinary_cores(const ThreadPlan& plan, const CoreSet& permitted = permitted_cores());
+
+/// First call of a thread that works for programs which look at the camera: name, ordinary scheduling with a
+/// nice level below that of the daemon's other threads, and cores. Threads that it creates inherit it.
+void enter_client_thread(const char* name, const CoreSet& cores) noexcept;
+
 /// The highest priority in the plan; 0: none.
 [[nodiscard]] int highest_priority(const ThreadPlan& plan) noexcept;
 

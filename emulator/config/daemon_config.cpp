@@ -245,8 +245,8 @@ std::string print_camera(DaemonConfig& c) {
 } // namespace
 
 std::vector<config::Section> shared_sections(DaemonConfig& c) {
-    return {scene_section(c.scene_file), section_of(c.daemon),  section_of(c.render),
-            section_of(c.ptp),           section_of(c.threads), section_of(c.monitor)};
+    return {scene_section(c.scene_file), section_of(c.daemon),  section_of(c.render), section_of(c.ptp),
+            section_of(c.threads),       section_of(c.monitor), section_of(c.control)};
 }
 
 std::vector<config::Section> camera_sections(DaemonConfig& c) {

@@ -31,6 +31,7 @@ struct DaemonConfig {
     OutputsSection outputs;
     ThreadsSection threads;
     MonitorSection monitor;
+    ControlSection control;
     CameraSection camera;
     transports::ConfiguredTransports transports;
     SensorDescription sensor;

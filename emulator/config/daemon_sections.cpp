@@ -6,6 +6,9 @@
 #include "sync/ipv4_endpoint.hpp"
 
 #include <fmt/format.h>
+#include <netinet/in.h>
+
+#include <stdexcept>
 
 namespace obscura::emulator {
 
@@ -310,6 +313,39 @@ config::Section section_of(MonitorSection& s) {
             table.refuse("socket", fmt::format("\"{}\"; allowed are \"auto\", \"off\" and an absolute path "
                                                "of at most {} bytes",
                                                s.socket, longest_socket_path()));
+    };
+    return section;
+}
+
+config::Section section_of(ControlSection& s) {
+    config::Section section;
+    section.name = "control";
+    section.help = "Where programs call the daemon: they read and change its cameras while these run.";
+    section.keys = {
+        key("listen", &s.listen)
+            .help("IPv4 address and port, like 127.0.0.1:5153; of another interface than the loopback only "
+                  "with "
+                  "token_file; empty: none"),
+        key("token_file", config::Path{&s.token_file, true, true})
+            .help("File of the token that clients of listen must have, made by obscura serve --make-token; "
+                  "empty: they need none and may do what scene permits"),
+        key("token_permission", &s.token_permission).help("What clients with the token may do"),
+        key("unix_socket", &s.unix_socket)
+            .help("Absolute path of a Unix socket for the user and the group of the daemon; empty: none"),
+        key("clients", &s.clients).range(1, 1000).help("Clients at a time; further ones are refused"),
+    };
+    section.check = [&s](const config::ReadTable& table) {
+        const auto check_address = [&s] {
+            const sockaddr_in address = sync::parse_ipv4_endpoint(s.listen, 0, "127.0.0.1:5153");
+            if (s.token_file.empty() && ntohl(address.sin_addr.s_addr) >> 24 != IN_LOOPBACKNET)
+                throw std::invalid_argument(fmt::format(
+                    "{}: without token_file only addresses of the loopback interface are allowed", s.listen));
+        };
+        if (!s.listen.empty()) table.refuse_if_thrown("listen", check_address);
+        if (s.unix_socket.empty()) return;
+        if (s.unix_socket.front() != '/' || s.unix_socket.size() > longest_socket_path())
+            table.refuse("unix_socket", fmt::format("\"{}\"; allowed is an absolute path of at most {} bytes",
+                                                    s.unix_socket, longest_socket_path()));
     };
     return section;
 }

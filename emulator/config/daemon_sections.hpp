@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's own sections: [daemon] [render] [deadline] [threads] [simulator] [outputs] [monitor].
+// The daemon's own sections: [daemon] [render] [deadline] [threads] [simulator] [outputs] [monitor]
+// [control].
 #pragma once
 
 #include "config/section.hpp"
@@ -7,6 +8,7 @@
 #include "emulator/policies.hpp"
 #include "emulator/render_scheduling.hpp"
 #include "emulator/scene_clock.hpp"
+#include "service/permission.hpp"
 
 #include <array>
 #include <cstdint>
@@ -104,6 +106,17 @@ struct MonitorSection {
     std::string socket = "auto"; ///< path, or see monitor_paths.hpp
 };
 
+/// [control]: where programs call the daemon; empty: nowhere.
+struct ControlSection {
+    std::string listen;     ///< "127.0.0.1:5153"
+    std::string token_file; ///< of clients that come over TCP; empty: none is wanted
+    service::Permission token_permission = service::Permission::scene;
+    std::string unix_socket; ///< absolute path
+    std::int32_t clients = 16;
+
+    [[nodiscard]] bool enabled() const { return !listen.empty() || !unix_socket.empty(); }
+};
+
 [[nodiscard]] config::Section section_of(DaemonSection& section);
 [[nodiscard]] config::Section section_of(RenderSection& section);
 [[nodiscard]] config::Section section_of(DeadlineSection& section);
@@ -111,5 +124,6 @@ struct MonitorSection {
 [[nodiscard]] config::Section section_of(SimulatorSection& section);
 [[nodiscard]] config::Section section_of(OutputsSection& section);
 [[nodiscard]] config::Section section_of(MonitorSection& section);
+[[nodiscard]] config::Section section_of(ControlSection& section);
 
 } // namespace obscura::emulator

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The reference of calls: docs/reference/calls.md holds what the server's `describe` says.
+"""The references of calls: docs/reference/calls.md and camera-calls.md hold what server and daemon `describe`.
 
-Usage: call_reference_test.py OBSCURA SOURCE-DIRECTORY [--update]
-Exit status 1 if the page differs, 77 without numpy.
+Usage: call_reference_test.py OBSCURA OBSCURAD SOURCE-DIRECTORY [--update]
+Exit status 1 if a page differs, 77 without numpy.
 """
 import pathlib
+import subprocess
 import sys
+import tempfile
 
 try:
     import numpy  # noqa: F401
@@ -14,7 +16,7 @@ except ImportError:
     print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
     sys.exit(77)
 
-obscura, source = sys.argv[1], pathlib.Path(sys.argv[2])
+obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 sys.path.insert(0, str(source / "clients" / "python"))
 import obscura_client  # noqa: E402
 
@@ -28,25 +30,63 @@ def table(heads, rows):
     return lines + [f"| {' | '.join(cell(c) for c in row)} |" for row in rows] + [""]
 
 
+def page(title, intro, calls):
+    lines = [f"# {title}", "", *intro, ""]
+    for call in calls:
+        lines += [f"## {call['name']}", "", f"{call['help']} Permission: {call['permission']}.", ""]
+        if call["fields"]:
+            lines += table(["field", "type", "allowed", "default", "meaning"],
+                           [(f"`{f['name']}`", f["type"], f.get("allowed", ""),
+                             "required" if f.get("required") else f"`{f['default']}`" if "default" in f else "", f["help"])
+                            for f in call["fields"]])
+        if call["results"]:
+            lines += table(["result", "type", "unit", "meaning"],
+                           [(f"`{r['name']}`", r["type"], r.get("unit", ""), r["help"]) for r in call["results"]])
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def calls_of_daemon():
+    with tempfile.TemporaryDirectory(prefix="obscura-calls-") as folder:
+        config = pathlib.Path(folder) / "obscurad.toml"
+        config.write_text(f"""[scene]
+file = "demo"
+[gige]
+enabled = false
+[monitor]
+socket = "off"
+[control]
+unix_socket = "{folder}/calls"
+""")
+        daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        try:
+            daemon.stdout.readline()  # ready
+            with obscura_client.connect_camera(f"{folder}/calls") as camera:
+                return camera.describe()["calls"]
+        finally:
+            daemon.terminate()
+            daemon.communicate()
+
+
 with obscura_client.start(program=obscura) as camera:
-    described = camera.describe()
-lines = ["# Calls of the rendering server", "",
-         "Generated from the server's `describe`; do not edit. What the calls are for, the Python client and the protocol are in",
-         "[clients.md](../clients.md); the keys of scenes in [scene.md](scene.md).", ""]
-for call in described["calls"]:
-    lines += [f"## {call['name']}", "", f"{call['help']} Permission: {call['permission']}.", ""]
-    if call["fields"]:
-        lines += table(["field", "type", "allowed", "default", "meaning"],
-                       [(f"`{f['name']}`", f["type"], f.get("allowed", ""),
-                         "required" if f.get("required") else f"`{f['default']}`" if "default" in f else "", f["help"])
-                        for f in call["fields"]])
-    if call["results"]:
-        lines += table(["result", "type", "unit", "meaning"],
-                       [(f"`{r['name']}`", r["type"], r.get("unit", ""), r["help"]) for r in call["results"]])
-page, file = "\n".join(lines).rstrip("\n") + "\n", source / "docs" / "reference" / "calls.md"
-if "--update" in sys.argv:
-    file.write_text(page)
-elif not file.exists() or file.read_text() != page:
-    print(f"{file}: differs from what `obscura serve` describes; run {sys.argv[0]} with --update")
+    served = camera.describe()["calls"]
+every = [call["name"] for call in served[:served.index(next(c for c in served if c["name"] == "close")) + 1]]
+pages = {
+    "calls.md": page("Calls of the rendering server", [
+        "Generated from the server's `describe`; do not edit. What the calls are for, the Python client and the protocol are in",
+        "[clients.md](../clients.md); the keys of scenes in [scene.md](scene.md)."], served),
+    "camera-calls.md": page("Calls of a running camera", [
+        "Generated from the daemon's `describe`; do not edit. What the calls are for is in [control.md](../control.md); those that every",
+        f"connection has ({', '.join(every)}) are in [calls.md](calls.md)."],
+        [call for call in calls_of_daemon() if call["name"] not in every]),
+}
+differ = False
+for name, text in pages.items():
+    file = source / "docs" / "reference" / name
+    if "--update" in sys.argv:
+        file.write_text(text)
+    elif not file.exists() or file.read_text() != text:
+        print(f"{file}: differs from what the program describes; run {sys.argv[0]} with --update")
+        differ = True
+if differ:
     sys.exit(1)
-print("the reference of calls is that of the server")
+print("the references of calls are those of the programs")

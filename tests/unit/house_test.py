@@ -18,7 +18,7 @@ ALLOWED = {
     "sensors": {"core", "config", "images", "sensors"},
     "sync": {"core", "config", "sync"},
     "transports": {"core", "config", "images", "transports"},
-    "emulator": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator"},
+    "emulator": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "service", "sync", "transports", "emulator"},
     "tools": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator", "service", "tools"},
 }
 # Sub-folders of one folder, lowest level first; "." is the folder itself, "name.hpp" a file in it with another level. A

@@ -2,13 +2,14 @@
 """Client of a rendering server: one scene, which only this client sees."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import protocol
 from .calls import Calls
-from .connection import Connection, Progress
+from .connection import Progress
 from .picture import Picture
 from .protocol import Token
+from .session import Session
 
 Item = Union[str, int]
 
@@ -24,7 +25,7 @@ def render_fields(time_s: float, *, size: Optional[Tuple[int, int]] = None, laye
     return {name: value for name, value in fields.items() if value is not None}
 
 
-class Client:
+class Client(Session):
     """A connection and its scene. Use it in a `with` statement, or call close().
 
     Names and units of keys are those of scene files (docs/reference/scene.md, `obscura keys`). Waits at most `timeout_s`
@@ -32,35 +33,8 @@ class Client:
     """
 
     def __init__(self, address: str, timeout_s: float = 600, token: Optional[Token] = None) -> None:
-        self.on_close: Optional[Callable[[], object]] = None  # called once, after the connection has ended
-        self._connection = Connection(address, timeout_s)
+        super().__init__(address, timeout_s, token)
         self.calls = Calls(self._connection.request)
-        try:
-            self.server: Dict[str, Any] = self._connection.greet(token)
-        except BaseException:
-            self._connection.close()
-            raise
-
-    def __enter__(self) -> "Client":
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.close()
-
-    def __repr__(self) -> str:
-        state = self._connection.address if self._connection.is_open else "closed"
-        return f"<obscura_client.Client {state}, server {self.server['version']}>"
-
-    def close(self) -> None:
-        """Ends the connection; the scene is gone."""
-        self._connection.close()
-        on_close, self.on_close = self.on_close, None
-        if on_close is not None:
-            on_close()
-
-    def call(self, name: str, **fields: Any) -> Dict[str, Any]:
-        """Any call of the server by its name (see describe()); fields that are None are left out."""
-        return self._connection.request(name, {key: value for key, value in fields.items() if value is not None})[0]
 
     # Scene
 
@@ -131,14 +105,6 @@ class Client:
         """From now on pictures stand in memory that the server shares, `pictures` of at most `mib` MiB at a time, and their
         arrays are views of it: each overwrites the oldest. Over a Unix socket only, as of start()."""
         self._connection.share_memory(pictures, int(mib * (1 << 20)))
-
-    def describe(self) -> Dict[str, Any]:
-        """The table of calls (`calls`) and the tables and keys of scenes (`sections`)."""
-        return self.call("describe")
-
-    def status(self) -> Dict[str, Any]:
-        """What the server does for this connection."""
-        return self.call("status")
 
 
 def connect(address: str = "127.0.0.1:5152", timeout_s: float = 600, *, token: Optional[Token] = None) -> Client:

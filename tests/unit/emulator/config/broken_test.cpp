@@ -428,13 +428,30 @@ file = "scene.toml"
 [completely_different]
 )",
      "c.toml:3:2: completely_different: unknown key, allowed scene, daemon, render, ptp, threads, monitor, "
-     "trigger, deadline, camera, simulator, outputs, gige, file, v4l2, stimulator, sensor"},
+     "control, trigger, deadline, camera, simulator, outputs, gige, file, v4l2, stimulator, sensor"},
     {R"([scene]
 file = "scene.toml"
 [monitor]
 socket = "relative"
 )",
      R"(c.toml:4:10: monitor.socket: "relative"; allowed are "auto", "off" and an absolute path of at most 107 bytes)"},
+    {R"([scene]
+file = "scene.toml"
+[control]
+unix_socket = "relative"
+listen = "0.0.0.0:5153"
+)",
+     "c.toml:5:10: control.listen: 0.0.0.0:5153: without token_file only addresses of the loopback interface "
+     "are allowed\nc.toml:4:15: control.unix_socket: \"relative\"; allowed is an absolute path of at most "
+     "107 "
+     "bytes"},
+    {R"([scene]
+file = "scene.toml"
+[control]
+listen = "127.0.0.1"
+clients = 0
+)",
+     "c.toml:5:11: control.clients: 0 is out of range, allowed 1 to 1000"},
     {R"([scene]
 file = "scene.toml"
 [threads]

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/control/call_server.hpp"
+
+#include "core/log.hpp"
+#include "core/realtime.hpp"
+#include "emulator/daemon.hpp"
+#include "emulator/monitor/monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+/// Calls compute little, and the daemon locks its memory.
+constexpr std::size_t stack_bytes = 512U << 10;
+
+CameraCalls::Cameras cameras_of(Daemon& daemon) {
+    CameraCalls::Cameras cameras;
+    for (std::size_t i = 0; i < daemon.camera_count(); ++i) {
+        CameraUnit& unit = daemon.unit(i);
+        cameras.push_back(std::unique_ptr<ControlledCamera>(new ControlledCamera{
+            unit.camera(), unit.clock(),
+            [&unit](const transports::Transport::ControlWork& work) { unit.run_between_commands(work); },
+            [&unit] { return unit.connect_to_simulator(); }, unit.watch()}));
+    }
+    return cameras;
+}
+
+} // namespace
+
+CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& version)
+    : daemon_(daemon), host_(version, cameras_of(daemon), [&monitor] { return monitor.state(); }) {}
+
+CallServer::~CallServer() {
+    stop();
+}
+
+void CallServer::start() {
+    const ControlSection& section = daemon_.config().control;
+    std::vector<service::Listener> listeners;
+    service::Tokens tokens;
+    if (!section.token_file.empty())
+        tokens.add(section.token_permission, service::read_token_file(section.token_file));
+    if (!section.listen.empty()) listeners.push_back(service::Listener::tcp(section.listen, !tokens.empty()));
+    if (!section.unix_socket.empty())
+        listeners.push_back(service::Listener::unix_socket(section.unix_socket));
+    if (listeners.empty()) return;
+    for (const service::Listener& listener : listeners) {
+        addresses_.push_back(listener.address());
+        log_info("calls: {}", listener.address());
+    }
+    service::Limits limits;
+    limits.clients = static_cast<std::size_t>(section.clients);
+    limits.stack_bytes = stack_bytes;
+    server_ = std::make_unique<service::Server>(limits, host_, std::move(listeners), std::move(tokens));
+    stopping_ = false;
+    thread_ = std::thread([this, cores = ordinary_cores(daemon_.threads())] {
+        // Threads of clients inherit all of it.
+        enter_client_thread("calls", cores);
+        try {
+            server_->run([this] { return stopping_.load(); });
+        } catch (const std::exception& error) {
+            log_error("calls: none any more: {}", error.what());
+        }
+    });
+}
+
+void CallServer::stop() {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    host_.close(); // calls that wait for the main thread end
+    thread_.join();
+    server_.reset();
+}
+
+} // namespace obscura::emulator

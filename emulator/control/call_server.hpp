@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Server of the native protocol in a daemon: the calls of its clients reach the running cameras.
+#pragma once
+
+#include "emulator/control/control_host.hpp"
+#include "service/server.hpp"
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace obscura::emulator {
+
+class Daemon;
+class Monitor;
+
+/// Has a thread, and one for each client, of ordinary scheduling and low priority, on cores that no thread
+/// with a real-time priority has been given, if there are any. Nothing here waits for a real-time thread, or
+/// such a thread for it: what changes a camera goes to its control thread. Thread-bound to the main thread.
+class CallServer {
+public:
+    /// `daemon` and `monitor` outlive this. Opens nothing.
+    CallServer(Daemon& daemon, Monitor& monitor, const std::string& version);
+    ~CallServer();
+    CallServer(const CallServer&) = delete;
+    CallServer& operator=(const CallServer&) = delete;
+
+    /// Opens the sockets of [control], if there are any, and serves. After Daemon::start(). Throws
+    /// HardwareError.
+    void start();
+    /// To be called several times a second.
+    void tick() { host_.tick(); }
+    /// Ends all connections, before Daemon::stop().
+    void stop();
+
+    /// Where it listens.
+    [[nodiscard]] const std::vector<std::string>& addresses() const noexcept { return addresses_; }
+
+private:
+    Daemon& daemon_;
+    ControlHost host_;
+    std::unique_ptr<service::Server> server_;
+    std::vector<std::string> addresses_;
+    std::atomic<bool> stopping_{false};
+    std::thread thread_;
+};
+
+} // namespace obscura::emulator

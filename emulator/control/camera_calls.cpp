@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/control/camera_calls.hpp"
+
+#include "emulator/control/camera_features.hpp"
+#include "emulator/frame_outcome.hpp"
+#include "emulator/simulator_protocol.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+using nlohmann::json;
+using service::Answer;
+using service::bad_argument;
+using service::Failure;
+using service::FailureCode;
+using service::Fields;
+using service::Permission;
+using service::Work;
+
+/// Longest wait for the frame of a trigger, as that of a step.
+constexpr std::int64_t patience_ns = 60 * ns_per_s;
+constexpr std::chrono::milliseconds look_period{1};
+
+Failure not_now(const std::string& message, const std::string& hint = {}) {
+    Failure failure(FailureCode::not_now, message);
+    failure.hint = hint;
+    return failure;
+}
+
+/// A time as the simulator port takes it.
+std::string time_text(double time_s) {
+    return seconds_text(Time{std::llround(time_s * 1e9)});
+}
+
+config::Key scene_time(double* target) {
+    return config::key("time_s", target).unit("s").range(0, 999'999'999).required();
+}
+
+/// Members of an answer "frame NUMBER TIME OUTCOME LATE_ROWS level=full error=0.0 ...".
+json frame_members(const std::string& answer) {
+    std::istringstream words(answer);
+    std::string word, time, outcome;
+    std::uint64_t frame = 0, late_rows = 0;
+    words >> word >> frame >> time >> outcome >> late_rows;
+    json members{{"frame", frame}, {"outcome", outcome}, {"late_rows", late_rows}};
+    while (words >> word) {
+        const std::size_t sign = word.find('=');
+        const std::string name = word.substr(0, sign), value = word.substr(sign + 1);
+        const json number = json::parse(value, nullptr, false);
+        members[name] = number.is_number() ? number : json(value);
+    }
+    return members;
+}
+
+/// Holds a flag that one client may have at a time.
+class OneAtATime {
+public:
+    explicit OneAtATime(std::atomic<bool>& flag) : flag_(flag) {
+        if (flag_.exchange(true))
+            throw Failure(FailureCode::busy, "camera.trigger: another client's trigger is in progress");
+    }
+    ~OneAtATime() { flag_ = false; }
+    OneAtATime(const OneAtATime&) = delete;
+    OneAtATime& operator=(const OneAtATime&) = delete;
+
+private:
+    std::atomic<bool>& flag_;
+};
+
+} // namespace
+
+/// Which camera of the daemon.
+struct CameraCalls::Choice {
+    std::uint32_t number = 0;
+
+    Fields fields() {
+        return {{config::key("camera", &number)
+                     .range(0, 1000)
+                     .help("Number of the camera, in the order of the configuration")}};
+    }
+};
+
+struct CameraCalls::Get : Choice { // NOLINT(bugprone-exception-escape): json does not throw when moved
+    json names;
+
+    Fields fields() {
+        Fields all = Choice::fields();
+        all.free.push_back({"names", "array of strings", "Features that are wanted; missing: all", &names});
+        return all;
+    }
+};
+
+struct CameraCalls::Set : Choice { // NOLINT(bugprone-exception-escape): json does not throw when moved
+    json values;
+
+    Fields fields() {
+        Fields all = Choice::fields();
+        all.free.push_back({"values", "map", "Names of features and their new values", &values, true});
+        return all;
+    }
+};
+
+struct CameraCalls::Trigger : Choice {
+    bool wait = true;
+
+    Fields fields() {
+        Fields all = Choice::fields();
+        all.keys.push_back(config::key("wait", &wait)
+                               .help("Answer when the last row of the frame has left, or when it is clear "
+                                     "that no frame comes; false: at once"));
+        return all;
+    }
+};
+
+struct CameraCalls::PoseFields : Choice {
+    std::string name;
+    double time_s = 0;
+    Vec3 position_m{};
+    std::array<double, 4> orientation{1, 0, 0, 0};
+    std::array<double, 3> velocity_m_s{}, rate_rad_s{};
+    bool moves = false;
+
+    Fields fields() {
+        Fields all = Choice::fields();
+        const auto numbers = [](auto& array) { return config::Numbers{array.data(), array.size()}; };
+        for (config::Key& key : config::Keys{
+                 config::key("name", &name)
+                     .required()
+                     .help("Body or lamp of the scene by its name, or \"camera\""),
+                 scene_time(&time_s).help("Scene time of the pose, later than that of the one before"),
+                 config::key("position_m", &position_m).unit("m").required().help("Position, inertial"),
+                 config::key("orientation", numbers(orientation))
+                     .help("Quaternion w, x, y, z: from its own axes to inertial ones"),
+                 config::key("velocity_m_s", numbers(velocity_m_s))
+                     .unit("m/s")
+                     .help("Velocity with which the motion goes on, with rates"),
+                 config::key("rate_rad_s", numbers(rate_rad_s))
+                     .unit("rad/s")
+                     .help("Rotation rate in its own axes, with rates"),
+                 config::key("rates", &moves)
+                     .help("The velocities hold; false: those between the last two poses do")})
+            all.keys.push_back(std::move(key));
+        return all;
+    }
+    [[nodiscard]] std::string line() const {
+        std::string line = fmt::format("pose {} {} {} {} {}", name, time_text(time_s), position_m.x,
+                                       position_m.y, position_m.z);
+        const auto add = [&line](const auto& numbers) {
+            for (const double value : numbers)
+                line += fmt::format(" {}", value);
+        };
+        add(orientation);
+        if (moves) add(velocity_m_s), add(rate_rad_s);
+        return line;
+    }
+};
+
+struct CameraCalls::Step : Choice {
+    double time_s = 0;
+
+    Fields fields() {
+        Fields all = Choice::fields();
+        all.keys.push_back(
+            scene_time(&time_s).help("Scene time of the frame, later than that of the client's step before"));
+        return all;
+    }
+};
+
+ControlledCamera& checked_camera(const CameraCalls::Cameras& cameras, std::uint32_t number) {
+    if (number < cameras.size()) return *cameras[number];
+    const std::string allowed = fmt::format("0 to {}", cameras.size() - 1);
+    throw bad_argument("camera", fmt::format("camera: there is no camera {}, allowed {}", number, allowed),
+                       allowed);
+}
+
+ControlledCamera& CameraCalls::camera(const Choice& choice) const {
+    return checked_camera(cameras_, choice.number);
+}
+
+void CameraCalls::change(ControlledCamera& camera, const std::function<void()>& work) const {
+    camera.run([&work](const std::string& controller) {
+        if (!controller.empty())
+            throw Failure(FailureCode::controlled, fmt::format("controlled by {}", controller));
+        work();
+    });
+}
+
+SimulatorLink& CameraCalls::link(const Choice& choice) {
+    const ControlledCamera& chosen = camera(choice);
+    return links_.try_emplace(choice.number, chosen.connect_to_simulator).first->second;
+}
+
+Answer CameraCalls::features(const Choice& choice) const {
+    const Camera& chosen = camera(choice).camera;
+    CameraFeatures values(chosen.settings());
+    const config::Keys keys = values.keys(chosen.limits());
+    json rows = service::describe(keys);
+    const json now = values_of(keys);
+    const bool acquiring = chosen.acquiring();
+    for (json& row : rows) {
+        const auto name = row["name"].get<std::string>();
+        row.erase("default");
+        row["value"] = now.at(name);
+        row["locked"] = acquiring && is_fixed_while_acquiring(name);
+    }
+    return {{{"features", std::move(rows)}}};
+}
+
+Answer CameraCalls::get(const Get& get) const {
+    const Camera& chosen = camera(get).camera;
+    CameraFeatures values(chosen.settings());
+    const json now = values_of(values.keys(chosen.limits()));
+    if (get.names.is_null()) return {{{"values", now}}};
+    if (!get.names.is_array()) throw bad_argument("names", "camera.get: names: allowed an array of strings");
+    json wanted = json::object();
+    for (const json& name : get.names) {
+        const std::string text = name.is_string() ? name.get<std::string>() : std::string();
+        if (!now.contains(text))
+            throw bad_argument(
+                "names", fmt::format("camera.get: names: no feature \"{}\"", config::printable(text, 60)));
+        wanted[text] = now[text];
+    }
+    return {{{"values", std::move(wanted)}}};
+}
+
+Answer CameraCalls::set(const Set& set) const {
+    if (!set.values.is_object()) throw bad_argument("values", "camera.set: values: allowed a map");
+    Camera& chosen = camera(set).camera;
+    json changed = json::object();
+    change(camera(set), [&] {
+        const CameraLimits limits = chosen.limits();
+        CameraFeatures features(chosen.settings());
+        const config::Keys keys = features.keys(limits);
+        const json before = values_of(keys);
+        service::read_values("camera.set", set.values, keys);
+        const json asked = values_of(keys);
+        for (const auto& [name, value] : asked.items()) {
+            if (value == before[name] || !chosen.acquiring() || !is_fixed_while_acquiring(name)) continue;
+            Failure failure = not_now(
+                fmt::format("camera.set: {} cannot change while the camera acquires", name), "camera.stop");
+            failure.field = name;
+            throw failure;
+        }
+        const CameraSettings wanted = features.settings();
+        if (const std::string why = chosen.explain(wanted); !why.empty() || !chosen.apply(wanted)) {
+            const auto invalid = find_invalid(wanted, limits);
+            throw bad_argument(invalid ? invalid->feature : "values", fmt::format("camera.set: {}", why));
+        }
+        CameraFeatures applied(chosen.settings());
+        const json after = values_of(applied.keys(limits));
+        for (const auto& [name, value] : after.items())
+            if (value != before[name]) changed[name] = value;
+    });
+    return {{{"changed", std::move(changed)}}};
+}
+
+Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
+    ControlledCamera& chosen = camera(trigger);
+    const OneAtATime mine(chosen.triggering);
+    CameraCounters before;
+    Time edge;
+    bool accepted = false;
+    change(chosen, [&] {
+        if (!chosen.camera.acquiring())
+            throw not_now("camera.trigger: the camera does not acquire", "camera.start");
+        const TriggerChoice choice = chosen.camera.settings().frame_trigger;
+        if (!choice.enabled || choice.source != TriggerSource::software)
+            throw not_now(
+                fmt::format("camera.trigger: TriggerMode is {} and TriggerSource {}, not On and Software",
+                            choice.enabled ? "On" : "Off", name_of(choice.source)),
+                "camera.set");
+        before = chosen.camera.counters();
+        edge = chosen.clock.now();
+        accepted = chosen.camera.software_trigger(edge);
+    });
+    Answer answer;
+    answer.head = {{"accepted", accepted}, {"edge_tai_ns", edge.ns + chosen.clock.tai_offset_ns()}};
+    if (!trigger.wait) return answer;
+    CameraCounters after = chosen.camera.counters();
+    while (ended_edges(after) == ended_edges(before)) {
+        if (work.cancelled()) throw service::cancelled();
+        if (chosen.clock.now() - edge > patience_ns) throw not_now("camera.trigger: the frame does not come");
+        std::this_thread::sleep_for(look_period);
+        after = chosen.camera.counters();
+    }
+    const std::string outcome = outcome_of(before, after);
+    answer.head["outcome"] = outcome;
+    if (outcome == "missed") return answer;
+    answer.head["frame"] = chosen.camera.moments().frame_id;
+    answer.head["late_rows"] = after.late_rows - before.late_rows;
+    answer.head["seconds"] = to_seconds(chosen.clock.now() - edge);
+    return answer;
+}
+
+void CameraCalls::pose(const PoseFields& pose, Work& work) {
+    // A blank or a line's end in it would make other words of what follows.
+    constexpr std::size_t longest_name = 200;
+    if (pose.name.empty() || pose.name.size() > longest_name ||
+        !std::all_of(pose.name.begin(), pose.name.end(),
+                     [](char c) { return static_cast<unsigned char>(c) > ' ' && c != '\x7f'; }))
+        throw bad_argument("name", "pose: name: a word without blanks is wanted");
+    link(pose).pose(pose.line(), work);
+}
+
+Answer CameraCalls::step(const Step& step, Work& work) {
+    return {frame_members(link(step).step("step " + time_text(step.time_s), work))};
+}
+
+service::Calls CameraCalls::calls() {
+    using service::call;
+    service::Calls calls{
+        call<Choice>("camera.features", Permission::view,
+                     "Lists the settings of a camera by their SFNC names, with values and what is allowed.",
+                     [this](const Choice& choice, Work& /*work*/) { return features(choice); }),
+        call<Get>("camera.get", Permission::view, "Reads settings of a camera.",
+                  [this](const Get& arguments, Work& /*work*/) { return get(arguments); }),
+        call<Set>(
+            "camera.set", Permission::operate,
+            "Changes settings of a camera from the next frame on: all of them, or none if one is wrong. "
+            "While a GigE Vision client controls the camera it answers \"controlled\" with the "
+            "client's address.",
+            [this](const Set& arguments, Work& /*work*/) { return set(arguments); }),
+        call<Choice>("camera.start", Permission::operate,
+                     "Starts the acquisition; answers \"controlled\" as camera.set does.",
+                     [this](const Choice& choice, Work& /*work*/) {
+                         Camera& chosen = camera(choice).camera;
+                         bool started = false;
+                         change(camera(choice), [&] { started = chosen.acquisition_start(); });
+                         return Answer{{{"started", started}}};
+                     }),
+        call<Choice>("camera.stop", Permission::operate,
+                     "Stops the acquisition; the frame in progress is finished. Answers \"controlled\" as "
+                     "camera.set does.",
+                     [this](const Choice& choice, Work& /*work*/) {
+                         Camera& chosen = camera(choice).camera;
+                         bool stopped = false;
+                         change(camera(choice), [&] {
+                             stopped = chosen.acquiring();
+                             chosen.acquisition_stop(false);
+                         });
+                         return Answer{{{"stopped", stopped}}};
+                     }),
+        call<Trigger>("camera.trigger", Permission::operate,
+                      "Triggers one frame of a camera whose TriggerSource is Software, and tells what became "
+                      "of it. Answers \"controlled\" as camera.set does.",
+                      [this](const Trigger& arguments, Work& work) { return trigger(arguments, work); }),
+        call<PoseFields>("pose", Permission::scene,
+                         "Moves the camera, a body or a lamp, as `pose` of the simulator port does; needs "
+                         "simulator.enabled.",
+                         [this](const PoseFields& arguments, Work& work) {
+                             pose(arguments, work);
+                             return Answer{};
+                         }),
+        call<Step>("step", Permission::operate,
+                   "Makes the frame of a scene time in lockstep, as `step` of the simulator port does, and "
+                   "answers when its last row has left; needs trigger.source = \"lockstep\".",
+                   [this](const Step& arguments, Work& work) { return step(arguments, work); }),
+    };
+    calls[0].results = {{"features", "array of maps", "",
+                         "Rows: name, value, type, unit, allowed, help; locked: cannot change now"}};
+    calls[1].results = {{"values", "map", "", "Values by the names of the features"}};
+    calls[2].results = {{"changed", "map", "", "All features that have changed, and their values now"}};
+    calls[3].results = {{"started", "boolean", "", "False: it was running"}};
+    calls[4].results = {{"stopped", "boolean", "", "False: it was not running"}};
+    calls[5].results = {
+        {"accepted", "boolean", "", "Whether the camera was ready for the trigger"},
+        {"edge_tai_ns", "integer", "ns", "Instant of the trigger, TAI"},
+        {"outcome", "string", "",
+         "complete, late, repeated, partial, dropped, abandoned, or missed: no frame; with wait"},
+        {"frame", "integer", "", "Number of the frame"},
+        {"late_rows", "integer", "", "Rows that were not ready in time"},
+        {"seconds", "number", "s", "Time from the trigger until the last row had left"}};
+    calls[7].results = {{"frame", "integer", "", "Number of the frame"},
+                        {"outcome", "string", "", "As that of camera.trigger"},
+                        {"late_rows", "integer", "", "Rows that were not ready in time"},
+                        {"level", "string", "", "Worst quality level of its rows"},
+                        {"error", "number", "", "Estimated error"},
+                        {"rows_degraded", "integer", "", "Rows below full quality"},
+                        {"reasons", "integer", "", "Bits of the reasons, see docs/truth.md"},
+                        {"margin_us", "integer", "us", "Time that the last row was ready before it was due"}};
+    return calls;
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls that read and change a running camera: settings, acquisition, triggers, poses, steps.
+#pragma once
+
+#include "emulator/control/controlled_camera.hpp"
+#include "emulator/control/simulator_link.hpp"
+#include "service/call.hpp"
+
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// The camera of that number. Throws Failure.
+[[nodiscard]] ControlledCamera& checked_camera(const std::vector<std::unique_ptr<ControlledCamera>>& cameras,
+                                               std::uint32_t number);
+
+/// Of one client. Thread-bound to the thread that runs its calls.
+class CameraCalls {
+public:
+    using Cameras = std::vector<std::unique_ptr<ControlledCamera>>;
+
+    /// `cameras` outlives this.
+    explicit CameraCalls(const Cameras& cameras) : cameras_(cameras) {}
+
+    /// Valid while this lives.
+    [[nodiscard]] service::Calls calls();
+
+private:
+    struct Choice;
+    struct Get;
+    struct Set;
+    struct Trigger;
+    struct PoseFields;
+    struct Step;
+
+    [[nodiscard]] ControlledCamera& camera(const Choice& choice) const;
+    /// Runs `work` on the camera unless a client of another protocol controls it; then throws Failure.
+    void change(ControlledCamera& camera, const std::function<void()>& work) const;
+    [[nodiscard]] SimulatorLink& link(const Choice& choice);
+    [[nodiscard]] service::Answer features(const Choice& choice) const;
+    [[nodiscard]] service::Answer get(const Get& get) const;
+    [[nodiscard]] service::Answer set(const Set& set) const;
+    [[nodiscard]] service::Answer trigger(const Trigger& trigger, service::Work& work) const;
+    void pose(const PoseFields& pose, service::Work& work);
+    [[nodiscard]] service::Answer step(const Step& step, service::Work& work);
+
+    const Cameras& cameras_;
+    std::map<std::uint32_t, SimulatorLink> links_; ///< by the number of the camera
+};
+
+} // namespace obscura::emulator

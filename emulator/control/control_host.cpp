@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/control/control_host.hpp"
+
+#include "core/log_history.hpp"
+#include "emulator/control/frame_call.hpp"
+#include "emulator/monitor/monitor.hpp"
+
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+using nlohmann::json;
+using service::Answer;
+using service::Fields;
+using service::NoArguments;
+using service::Permission;
+using service::Work;
+
+struct Events {
+    std::uint64_t after = 0, most = LogHistory::lines;
+
+    Fields fields() {
+        return {{config::key("after", &after).range(0, 9e15).help("Only lines with a larger id"),
+                 config::key("most", &most)
+                     .range(1, static_cast<double>(LogHistory::lines))
+                     .help("Largest number of lines")}};
+    }
+};
+
+class ControlSession final : public service::Session {
+public:
+    ControlSession(ControlHost& host, const CameraCalls::Cameras& cameras)
+        : host_(host), cameras_(cameras), camera_(cameras) {}
+
+    [[nodiscard]] service::Calls calls() override {
+        service::Calls calls{
+            service::call<NoArguments>(
+                "state", Permission::view,
+                "Tells what the daemon and its cameras do, as the verb `state` of the monitor does.",
+                [this](const NoArguments&, Work& /*work*/) { return Answer{*host_.state()}; }),
+            service::call<Events>("events", Permission::view,
+                                  "Lists the latest lines of the daemon's log, oldest first, no more than 64 "
+                                  "KiB of them: ask again with the last id.",
+                                  [](const Events& a, Work& /*work*/) {
+                                      return Answer{json::parse(Monitor::events(a.after, a.most))};
+                                  }),
+        };
+        calls[0].results = {{"daemon", "map", "", "Version, process, configuration, time since the start"},
+                            {"threads", "array of maps", "", "Scheduling and processor time of each thread"},
+                            {"cameras", "array of maps", "",
+                             "State, verdict, counters and latencies of each camera, see docs/monitor.md"}};
+        calls[1].results = {{"events", "array of maps", "", "Lines with id, utc, level and text"}};
+        for (service::Call& call : camera_.calls())
+            calls.push_back(std::move(call));
+        calls.push_back(frame_call(cameras_));
+        return calls;
+    }
+
+private:
+    ControlHost& host_;
+    const CameraCalls::Cameras& cameras_;
+    CameraCalls camera_;
+};
+
+} // namespace
+
+ControlHost::ControlHost(std::string version, CameraCalls::Cameras cameras,
+                         std::function<std::string()> state)
+    : version_(std::move(version)), cameras_(std::move(cameras)), make_state_(std::move(state)) {
+    asked_.open();
+}
+
+void ControlHost::tick() {
+    state_.reset();
+    asked_.serve();
+}
+
+std::shared_ptr<const json> ControlHost::state() {
+    std::shared_ptr<const json> state;
+    // However many ask in one tick, it is made once.
+    const bool answered = asked_.run([this, &state] {
+        if (!state_) state_ = std::make_shared<const json>(json::parse(make_state_()));
+        state = state_;
+    });
+    if (!answered) throw service::Failure(service::FailureCode::not_now, "the daemon is stopping");
+    return state;
+}
+
+std::unique_ptr<service::Session> ControlHost::open() {
+    return std::make_unique<ControlSession>(*this, cameras_);
+}
+
+} // namespace obscura::emulator

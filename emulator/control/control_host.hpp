@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls of a running daemon, for the clients of its call server.
+#pragma once
+
+#include "core/work_queue.hpp"
+#include "emulator/control/camera_calls.hpp"
+#include "service/session.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace obscura::emulator {
+
+/// Sessions are made by the thread of the server; their calls run on threads of their clients. What only the
+/// main thread may look at is asked of it by tick().
+class ControlHost final : public service::Host {
+public:
+    /// `state`: Monitor::state(), called by tick().
+    ControlHost(std::string version, CameraCalls::Cameras cameras, std::function<std::string()> state);
+
+    /// Answers what calls have asked of the main thread, which calls this several times a second.
+    void tick();
+    /// Calls are refused from now on what they ask of the main thread.
+    void close() { asked_.close(); }
+
+    /// The state of the daemon, not older than the call. Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] std::shared_ptr<const nlohmann::json> state();
+
+    [[nodiscard]] std::string version() const override { return version_; }
+    [[nodiscard]] std::unique_ptr<service::Session> open() override;
+
+private:
+    const std::string version_;
+    const CameraCalls::Cameras cameras_;
+    const std::function<std::string()> make_state_;
+    WorkQueue asked_;                             ///< of the main thread
+    std::shared_ptr<const nlohmann::json> state_; ///< main thread: of this tick; null: not yet made
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/control/frame_call.hpp"
+
+#include "transports/watch/watch.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace obscura::emulator {
+namespace {
+
+using nlohmann::json;
+using service::Answer;
+using service::Failure;
+using service::FailureCode;
+using service::Fields;
+using service::Work;
+
+struct Arguments {
+    std::uint32_t camera = 0;
+    std::uint64_t after = 0;
+    double wait_s = 10;
+    service::Codec codec = service::Codec::none;
+
+    Fields fields() {
+        return {
+            {config::key("camera", &camera)
+                 .range(0, 1000)
+                 .help("Number of the camera, in the order of the configuration"),
+             config::key("after", &after)
+                 .range(0, 9e15)
+                 .help("Only a frame whose `number` is larger: that of the frame that the client has seen "
+                       "last; 0: any"),
+             config::key("wait_s", &wait_s).unit("s").range(0, 60).help("Longest wait for such a frame"),
+             config::key("codec", &codec).help("How the pixels are compressed")}};
+    }
+};
+
+json json_of(const Vec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+Answer answer_of(const transports::WatchedFrame& frame, const Arguments& arguments) {
+    const FrameInfo& info = frame.info;
+    const auto width = static_cast<std::size_t>(info.width), height = static_cast<std::size_t>(info.height);
+    const Quat& q = info.truth.camera.orientation;
+    Answer answer;
+    answer.head = {{"number", frame.number},
+                   {"skipped", arguments.after > 0 ? frame.number - arguments.after - 1 : 0},
+                   {"frame", info.frame_id},
+                   {"trigger", info.trigger_id},
+                   {"edge_tai_ns", info.trigger_edge.ns + info.tai_offset_ns},
+                   {"exposure_us", static_cast<double>(info.exposure_ns) / 1e3},
+                   {"gain_db", info.gain_db},
+                   {"bits", info.bits_per_pixel},
+                   {"rows", frame.rows},
+                   {"flags", frame.flags},
+                   {"mid_exposure_tai_ns", info.truth.mid_exposure.ns + info.tai_offset_ns},
+                   {"camera_position_m", json_of(info.truth.camera.position_m)},
+                   {"camera_orientation", {q.w, q.x, q.y, q.z}}};
+    const auto end = frame.pixels.begin() + static_cast<std::ptrdiff_t>(width * height);
+    answer.arrays.push_back(
+        {"pixels", {height, width}, std::vector<std::uint16_t>(frame.pixels.begin(), end)});
+    service::encode(answer.arrays.back(), arguments.codec);
+    return answer;
+}
+
+Answer frame(const CameraCalls::Cameras& cameras, const Arguments& arguments, const Work& work) {
+    transports::WatchTransport* const watch = checked_camera(cameras, arguments.camera).watch;
+    if (watch == nullptr) throw Failure(FailureCode::not_now, "frame: the daemon keeps no frames for calls");
+    const auto until = std::chrono::steady_clock::now() +
+                       std::chrono::microseconds(static_cast<std::int64_t>(arguments.wait_s * 1e6));
+    const auto newest = watch->newest(arguments.after, until, work.cancelled());
+    if (work.cancelled()) throw service::cancelled();
+    if (!newest)
+        throw Failure(FailureCode::not_now, fmt::format("frame: none came in {} s", arguments.wait_s));
+    return answer_of(*newest, arguments);
+}
+
+} // namespace
+
+service::Call frame_call(const CameraCalls::Cameras& cameras) {
+    service::Call call = service::call<Arguments>(
+        "frame", service::Permission::view,
+        "The newest frame of the camera that the client has not seen, as it left the detector. A client that "
+        "asks again and again with the `number` of the last one sees the stream; frames that came meanwhile "
+        "are skipped, and counted.",
+        [&cameras](const Arguments& arguments, Work& work) { return frame(cameras, arguments, work); });
+    call.results = {
+        {"pixels", "array uint16 [height, width]", "DN", "Digital numbers, first row on top"},
+        {"number", "integer", "", "Counts the frames that were looked at, for `after`"},
+        {"skipped", "integer", "", "Frames between that of `after` and this one"},
+        {"frame", "integer", "", "Number of the frame in its acquisition"},
+        {"trigger", "integer", "", "Number of the trigger"},
+        {"edge_tai_ns", "integer", "ns", "Instant of the trigger's edge, TAI"},
+        {"exposure_us", "number", "us", "ExposureTime"},
+        {"gain_db", "number", "dB", "Gain"},
+        {"bits", "integer", "", "Digital numbers are less than 2^bits"},
+        {"rows", "integer", "", "Rows that are there; the others of an abandoned frame are 0"},
+        {"flags", "integer", "", "Flags of the frame, see docs/images.md"},
+        {"mid_exposure_tai_ns", "integer", "ns", "Middle of the exposure, TAI"},
+        {"camera_position_m", "array of 3 numbers", "m", "True position of the camera then, inertial"},
+        {"camera_orientation", "array of 4 numbers", "",
+         "Quaternion w, x, y, z: from camera to inertial axes"}};
+    return call;
+}
+
+} // namespace obscura::emulator

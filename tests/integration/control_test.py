@@ -1,0 +1,356 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""A running daemon is called by programs: settings, triggers, poses and steps reach the camera and its frames, a GigE Vision
+client keeps them off, and no client disturbs another or the camera.
+
+Usage: control_test.py OBSCURAD OBSCURA SOURCE-DIRECTORY
+Exit status 1 if a check failed, 77 without numpy.
+"""
+import json
+import os
+import pathlib
+import random
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+try:
+    import numpy  # noqa: F401
+except ImportError:
+    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
+    sys.exit(77)
+
+obscurad, obscura, source = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]), pathlib.Path(sys.argv[3]).resolve()
+sys.path[:0] = [str(source / "clients" / "python"), str(source / "tests" / "support")]
+import obscura_client  # noqa: E402
+from simulator_client import Simulator  # noqa: E402
+
+PATIENCE_S = 60  # a busy machine, a sanitizer
+WIDTH, HEIGHT = 64, 48
+failures = []
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def check_refused(what, code, message, call):
+    try:
+        call()
+    except obscura_client.RequestError as error:
+        check(what, error.code == code and message in error.message, (error.code, error.message))
+    else:
+        check(what, False, "was not refused")
+
+
+def wait_for(condition):
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def free_port(kind):
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Daemon:
+    """`settings`: tables behind those of every daemon here."""
+
+    def __init__(self, settings, trigger='source = "timer"'):
+        self.temporary = tempfile.TemporaryDirectory(prefix="obscura-control-")
+        self.folder = pathlib.Path(self.temporary.name)
+        self.folder.chmod(0o755)  # for a client of another user
+        self.path = str(self.folder / "calls.socket")
+        self.tcp = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+        (self.folder / "scene.toml").write_text((source / "tests" / "support" / "light_scene.toml").read_text())
+        (self.folder / "obscurad.toml").write_text(f"""[scene]
+file = "scene.toml"
+[daemon]
+run = 0
+[trigger]
+{trigger}
+rate_hz = 20
+[control]
+listen = "{self.tcp}"
+unix_socket = "{self.path}"
+clients = 24
+[monitor]
+socket = "{self.folder}/monitor.socket"
+[file]
+enabled = true
+format = "raw"
+directory = "frames"
+queue_frames = 16
+[sensor.readout]
+width = {WIDTH}
+height = {HEIGHT}
+{settings}""")
+        self.log = open(self.folder / "log", "w+", encoding="utf-8")
+        self.process = subprocess.Popen([obscurad, "--config", self.folder / "obscurad.toml"], stdout=subprocess.PIPE, stderr=self.log)
+        self.process.stdout.readline()  # ready
+
+    def camera(self, address=None):
+        return obscura_client.connect_camera(address or self.path, timeout_s=PATIENCE_S)
+
+    def ask(self, *arguments):
+        answer = subprocess.run([obscura, *arguments, "--json", "--socket", self.folder / "monitor.socket"], capture_output=True,
+                                text=True, timeout=PATIENCE_S)
+        return [json.loads(line) for line in answer.stdout.splitlines()]
+
+    def file(self, number, ending, run):
+        return self.folder / "frames" / f"{'' if run == 1 else f'run{run}_'}frame_{number:06}.{ending}"
+
+    def cards(self, number, run=1):
+        """Numbers of the file beside a frame of that acquisition, which is written a little later than the frame leaves."""
+        file = self.file(number, "toml", run)
+        wait_for(lambda: file.exists() and "EXPOSURE" in file.read_text())
+        lines = [line.split("#")[0].partition(" = ") for line in file.read_text().splitlines()]
+        return {key: float(value) for key, _, value in lines if value.strip().lstrip("-")[:1].isdigit()}
+
+    def pixels(self, number, run=1, width=WIDTH):
+        file = self.file(number, "raw", run)
+        wait_for(lambda: file.exists() and file.stat().st_size >= 2 * width * HEIGHT)
+        return file.read_bytes()
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(PATIENCE_S)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.log.close()
+        self.process.stdout.close()
+        self.temporary.cleanup()
+
+
+def threading_result(wait, act):
+    """What `wait` returns, which another thread waits for while `act` is done."""
+    results = []
+    waiter = threading.Thread(target=lambda: results.append(wait()))
+    waiter.start()
+    time.sleep(0.3)
+    act()
+    waiter.join()
+    return results[0]
+
+
+def settings_and_triggers(daemon):
+    with daemon.camera() as camera, daemon.camera(daemon.tcp) as other:
+        check("the daemon's user may do everything, a client of TCP no more than move the scene",
+              [camera.server["permission"], other.server["permission"]] == ["admin", "scene"])
+        rows = {row["name"]: row for row in camera.features()}
+        check("settings have unit, range and value", rows["ExposureTime"]["unit"] == "us" and
+              rows["ExposureTime"]["allowed"] == "1 to 1e7 us" and rows["ExposureTime"]["value"] == 10000,
+              rows["ExposureTime"])
+        check("and say whether they can change", rows["Width"]["locked"] and not rows["Gain"]["locked"])
+        check("a write answers with all that has changed", camera.set(ExposureTime=2500, Gain=0) == {"ExposureTime": 2500})
+        check("another client sees it", other.get("ExposureTime") == 2500 and other.get("Gain", "Width") == {"Gain": 0, "Width": WIDTH})
+        check_refused("a value out of range is refused as in a file", "bad-argument",
+                      "camera.set: ExposureTime: 0 is out of range, allowed 1 to 1e7 us", lambda: camera.set(ExposureTime=0, Gain=3))
+        check("and nothing of that request holds", camera.get("Gain") == 0)
+        check_refused("an unknown name is refused with a suggestion", "bad-argument", 'did you mean "Gain"?', lambda: camera.set(Gian=1))
+        check_refused("a window beyond the sensor is refused", "bad-argument", "OffsetX", lambda: camera.set(OffsetX=8))
+        check_refused("the image keeps its size during acquisition", "not-now", "Width", lambda: camera.set(Width=32))
+        check_refused("the timer's camera takes no trigger", "not-now", "TriggerSource Line0, not On and Software", camera.trigger)
+        check_refused("there is one camera", "bad-argument", "there is no camera 1", lambda: daemon.camera().call("camera.get", camera=1))
+
+        check("acquisition stops", camera.stop() and not camera.stop())
+        check_refused("no trigger without acquisition", "not-now", "does not acquire", camera.trigger)
+        camera.set(Width=32, TriggerSource="Software", TestPattern="White")
+        check("and starts", camera.start() and not camera.start())
+        wait_for(lambda: other.state()["cameras"][0]["trigger_ready"])
+        first = camera.trigger()
+        check("a trigger tells of its frame", first["accepted"] and first["frame"] == 1 and
+              first["outcome"] in ("complete", "late"), first)
+        cards = daemon.cards(1, run=2)
+        check("the frame has the settings", cards["EXPOSURE"] == 0.0025 and cards["width"] == 32, cards)
+        white = struct.unpack("<H", daemon.pixels(1, 2, 32)[:2])[0]
+        check("and the test pattern", white == 4095, white)
+        before = other.state()["cameras"][0]["camera"]["complete"]
+        wait_for(lambda: other.state()["cameras"][0]["trigger_ready"])
+        second = other.trigger()
+        check("any client may trigger", second["frame"] == 2 and second["edge_tai_ns"] > first["edge_tai_ns"], second)
+        wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+        check("without waiting the answer comes at once", "outcome" not in camera.trigger(wait=False))
+        wait_for(lambda: camera.state()["cameras"][0]["camera"]["complete"] == before + 2)
+
+        frame = threading_result(lambda: camera.frame(), lambda: other.trigger())
+        check("a frame is that of the file, to the byte", frame.pixels.shape == (HEIGHT, 32) and frame.info["rows"] == HEIGHT and
+              frame.pixels.astype("<u2").tobytes() == daemon.pixels(frame.frame, 2, 32)[:2 * 32 * HEIGHT], frame.info)
+        check("it has the settings", frame.info["exposure_us"] == 2500 and frame.bits == 12, frame.info)
+        check("the same one again", other.frame(wait_s=0).number == frame.number)
+        check_refused("no newer one without a trigger", "not-now", "none came in 0.1 s", lambda: other.frame(frame.number, 0.1))
+        wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+        next_one = threading_result(lambda: camera.frame(frame.number), lambda: other.trigger())
+        check("the next frame skips none", next_one.frame == frame.frame + 1 and next_one.skipped == 0, next_one)
+
+        told, monitor = camera.state(), daemon.ask("status")[0]
+        for one in (told, monitor):  # what goes on
+            for key in ("up_s", "resident_mib"):
+                del one["daemon"][key]
+            one.pop("threads")
+            one["cameras"][0].pop("recent")
+            one["cameras"][0].pop("verdict")
+            one["cameras"][0]["camera"].pop("ignored")
+        check("the state is that of the monitor", told == monitor, (told, monitor))
+        threads = [t for t in camera.state()["threads"] if t["name"] == "calls"]
+        check("calls run on ordinary threads of low priority", len(threads) >= 3 and
+              all(t["policy"] == "other" and t["nice"] == 5 for t in threads), threads)
+        check("the events are those of the monitor", camera.events()[:5] == daemon.ask("events")[:5])
+        check("later events only", camera.events(after=2)[0]["id"] == 3)
+        names = [call["name"] for call in camera.describe()["calls"]]
+        check("the calls describe themselves", {"camera.set", "state", "pose"} <= set(names), names)
+        if os.geteuid() == 0:
+            member = subprocess.run([sys.executable, "-c", f"""import os, sys
+os.setgroups([]); os.setresgid(0, 0, 0); os.setresuid(65534, 65534, 65534)
+sys.path.insert(0, {str(source / 'clients' / 'python')!r})
+import obscura_client
+print(obscura_client.connect_camera({daemon.path!r}).server["permission"])"""], capture_output=True, text=True)
+            check("a member of the group may move the scene", member.stdout == "scene\n", member)
+
+
+def hostile_clients(daemon):
+    dice = random.Random(11)
+    with daemon.camera() as camera:
+        before = camera.state()["cameras"][0]["camera"]["complete"]
+        for i in range(40):
+            with socket.create_connection(daemon.tcp.split(":"), PATIENCE_S) as raw:
+                junk = dice.choice([b"OBSC\x01\x01\0\0", b""]) + dice.randbytes(dice.randrange(2000))
+                try:
+                    raw.sendall(junk)
+                except ConnectionError:
+                    pass
+        crowd, refusals = [], 0
+        while len(crowd) < 30 and refusals < 40:  # until those that have gone are found to be
+            try:
+                crowd.append(daemon.camera())
+                refusals = 0
+            except (obscura_client.RequestError, obscura_client.ConnectionLost):
+                refusals += 1
+                time.sleep(0.05)
+        check("clients beyond the limit are refused", len(crowd) == 23, len(crowd))
+        answers = []
+        askers = [threading.Thread(target=lambda c=c: [answers.append(c.state()) for _ in range(3)]) for c in crowd]
+        for asker in askers:
+            asker.start()
+        for asker in askers:
+            asker.join()
+        check("all that are served are answered", len(answers) == 3 * len(crowd), len(answers))
+        for one in crowd:
+            one.close()
+        camera.set(TriggerSource="Line0")
+        check("frames go on", wait_for(lambda: camera.state()["cameras"][0]["camera"]["complete"] > before + 3))
+        camera.set(TriggerSource="Software")
+        waiting = []
+        with daemon.camera() as second:
+            asker = threading.Thread(target=lambda: waiting.append(daemon.process.send_signal(signal.SIGTERM)))
+            asker.start()
+            try:
+                while True:
+                    second.state()
+            except (obscura_client.RequestError, obscura_client.ConnectionLost):
+                pass
+            asker.join()
+    check("the daemon ends while clients ask", daemon.process.wait(PATIENCE_S) == 0)
+    check("and takes its socket along", not os.path.exists(daemon.path))
+
+
+def poses_and_steps():
+    """Poses and steps by calls make the bytes that those by the simulator port make."""
+    def fly(move):
+        port = free_port(socket.SOCK_STREAM)
+        with Daemon(f"""[gige]
+enabled = false
+[simulator]
+enabled = true
+listen = "127.0.0.1:{port}"
+""", 'source = "lockstep"') as daemon, daemon.camera() as camera, Simulator("127.0.0.1", port) as simulator:
+            numbers = [move(camera, simulator, t) for t in (0.5, 1.0, 1.5)]
+            if move is by_calls:
+                check_refused("a step back is refused", "not-now", "not later", lambda: camera.step(1))
+                check_refused("an unknown name is refused with those that are known", "bad-argument", "allowed are body0, camera",
+                              lambda: camera.pose("nobody", 9, (0, 0, 0)))
+                check_refused("a name is one word", "bad-argument", "without blanks", lambda: camera.pose("camera 1\nstep", 9, (0, 0, 0)))
+                check_refused("a pose of the past is refused", "bad-argument", "not later", lambda: camera.pose("camera", 1, (0, 0, 0)))
+                check("the port tells of no more than its own refusals", simulator.state()["frames"] == "3")
+            return [daemon.pixels(n) for n in numbers]
+
+    turned = (0.9998477, 0, 0.0174524, 0)  # 2 degrees
+
+    def by_calls(camera, _, t):
+        camera.pose("camera", t, (1e3 * t, 20, 3), turned)
+        camera.pose("camera", t + 0.1, (1e3 * t, 20, 4), turned, velocity_m_s=(0, 0, 10))
+        frame = camera.step(t)
+        check("a step tells of its frame", frame["outcome"] in ("complete", "late") and frame["level"] == "full", frame)
+        return frame["frame"]
+
+    def by_port(_, simulator, t):
+        simulator.pose("camera", t, (1e3 * t, 20, 3), turned)
+        simulator.pose("camera", t + 0.1, (1e3 * t, 20, 4), turned, (0, 0, 10), (0, 0, 0))
+        return simulator.step(t).number
+
+    check("poses and steps are those of the simulator port, to the byte", fly(by_calls) == fly(by_port))
+
+
+class GvcpClient:
+    """Takes control of a GigE Vision camera, and gives it up."""
+
+    def __init__(self, port):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.connect(("127.0.0.1", port))
+        self.socket.settimeout(PATIENCE_S)
+        self.number = 0
+
+    def write(self, address, value):
+        self.number += 1
+        self.socket.send(struct.pack(">BBHHHII", 0x42, 1, 0x82, 8, self.number, address, value))
+        return struct.unpack(">H", self.socket.recv(64)[:2])[0]
+
+    def address(self):
+        return "{}:{}".format(*self.socket.getsockname())
+
+
+def beside_gige():
+    port = free_port(socket.SOCK_DGRAM)
+    with Daemon(f"""[gige]
+enabled = true
+interface = "127.0.0.1"
+port = {port}
+""") as daemon, daemon.camera() as camera:
+        check("without a client of its own the camera is open to calls", camera.set(Gain=3) == {"Gain": 3})
+        client = GvcpClient(port)
+        check("a GigE Vision client takes control", client.write(0xA00, 2) == 0)
+        for what, call in (("write", lambda: camera.set(Gain=6)), ("start", camera.start), ("stop", camera.stop), ("trigger", camera.trigger)):
+            check_refused(f"then no {what} of others", "controlled", f"controlled by {client.address()}", call)
+        check("but they may look", camera.get("Gain") == 3 and camera.state()["cameras"][0]["controller"] == client.address())
+        check("it leaves", client.write(0xA00, 0) == 0)
+        check("and the camera is open again", camera.set(TriggerSource="Software")["TriggerSource"] == "Software")
+        check("to triggers, too", camera.start() and camera.trigger()["frame"] == 1)
+        check_refused("no poses without a simulator port", "not-now", "simulator.enabled", lambda: camera.pose("camera", 1, (0, 0, 0)))
+        check("the daemon ends well", daemon.stop() == 0)
+
+
+with Daemon("[gige]\nenabled = false\n") as alone:
+    settings_and_triggers(alone)
+    hostile_clients(alone)
+poses_and_steps()
+beside_gige()
+print(f"{len(failures)} failed" if failures else "all good")
+sys.exit(1 if failures else 0)

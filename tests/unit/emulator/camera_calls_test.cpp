@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls of control clients against a camera: settings by their names, triggers and their outcomes.
+#include "emulator/control/camera_calls.hpp"
+#include "emulator/control/camera_features.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/unit/emulator/bench.hpp"
+
+#include <atomic>
+#include <string>
+
+using namespace obscura;
+using namespace obscura::emulator;
+using namespace obscura::test;
+using Catch::Matchers::ContainsSubstring;
+using nlohmann::json;
+using service::Failure;
+using service::FailureCode;
+
+namespace {
+
+class TestWork final : public service::Work {
+public:
+    std::atomic<bool> stop{false};
+
+    [[nodiscard]] const std::atomic<bool>& cancelled() const noexcept override { return stop; }
+    void progress(std::uint64_t /*done*/, std::uint64_t /*total*/) override {}
+};
+
+/// A camera that waits for software triggers, and the calls of one client.
+struct CallsBench : CameraBench {
+    CallsBench()
+        : CameraBench(small_sensor(), 5,
+                      [](CameraSettings& s) { s.frame_trigger.source = TriggerSource::software; }) {
+        cameras.push_back(std::unique_ptr<ControlledCamera>(new ControlledCamera{
+            camera, clock, [this](const transports::Transport::ControlWork& run) { run(controller); },
+            [] { return FileDescriptor(); }}));
+        client = std::make_unique<CameraCalls>(cameras);
+        calls = client->calls();
+    }
+    json ask(const std::string& call, json fields = json::object()) {
+        return service::bind(service::find_call(calls, call), fields).run(work).head;
+    }
+    Failure refusal(const std::string& call, const json& fields = json::object()) {
+        try {
+            (void)ask(call, fields);
+        } catch (const Failure& failure) {
+            return failure;
+        }
+        FAIL(call << " was not refused");
+        return {FailureCode::internal, ""};
+    }
+
+    std::string controller;
+    CameraCalls::Cameras cameras;
+    std::unique_ptr<CameraCalls> client;
+    service::Calls calls;
+    TestWork work;
+};
+
+} // namespace
+
+TEST_CASE("settings go to their names and back without a loss") {
+    CameraSettings settings = whole_sensor(small_sensor());
+    settings.region = {4, 2, 20, 10};
+    settings.exposure_ns = 123'456'789;
+    settings.trigger_delay_ns = 987'654;
+    settings.gain_db = 6.25;
+    settings.exposure_auto = ExposureAuto::continuous;
+    settings.acquisition_mode = AcquisitionMode::multi_frame;
+    settings.acquisition_frame_count = 4'000'000'000U;
+    settings.frame_trigger = {true, TriggerSource::timer1_end, TriggerActivation::any_edge};
+    settings.trigger_overlap = TriggerOverlap::previous_frame;
+    settings.test_pattern = ImagePattern::vertical_ramp_moving;
+    settings.more_count = 2; // is kept, too
+    CHECK(CameraFeatures(settings).settings() == settings);
+
+    CameraLimits limits;
+    limits.sensor_width = 40, limits.sensor_height = 30;
+    limits.black_level_max_dn = 2048;
+    CameraFeatures from(settings), to(whole_sensor(small_sensor()));
+    service::read_values("test", values_of(from.keys(limits)), to.keys(limits));
+    CameraSettings all = to.settings();
+    all.more_count = settings.more_count;
+    CHECK(all == settings);
+}
+
+TEST_CASE("each value of an enumeration has a name of its own") {
+    CameraFeatures features{CameraSettings{}};
+    for (const config::Key& key : features.keys({}))
+        for (const std::string_view choice : key.choices()) {
+            INFO(key.name << " " << choice);
+            const std::string name(choice);
+            service::read_values("test", {{std::string(key.name), name}}, {key});
+            CHECK(values_of({key}) == json{{std::string(key.name), name}});
+        }
+}
+
+TEST_CASE("a write changes all that it names, or nothing, and tells what has changed") {
+    CallsBench bench;
+    CHECK(bench.ask("camera.set", {{"values", {{"ExposureTime", 200}, {"Gain", 0}}}})["changed"] ==
+          json{{"ExposureTime", 200.0}});
+    CHECK(bench.camera.settings().exposure_ns == 200 * ns_per_us);
+    const Failure range = bench.refusal("camera.set", {{"values", {{"Gain", 3}, {"ExposureTime", 1e9}}}});
+    CHECK(range.code == FailureCode::bad_argument);
+    CHECK(range.field == "ExposureTime");
+    CHECK(range.allowed == "1 to 1e7 us");
+    CHECK(bench.camera.settings().gain_db == 0);
+    // Within the range of each, but not together.
+    const Failure window = bench.refusal("camera.set", {{"values", {{"OffsetX", 30}}}});
+    CHECK(window.field == "OffsetX");
+    CHECK(bench.camera.settings().region.x == 0);
+    CHECK(bench.refusal("camera.set", {{"values", 3}}).field == "values");
+    CHECK(bench.refusal("camera.set", {{"camera", 1}, {"values", json::object()}}).allowed == "0 to 0");
+    CHECK(bench.refusal("camera.get", {{"names", {"Gian"}}}).field == "names");
+}
+
+TEST_CASE("the image keeps its size during acquisition") {
+    CallsBench bench;
+    REQUIRE(bench.ask("camera.start")["started"] == true);
+    CHECK(bench.ask("camera.start")["started"] == false);
+    const Failure locked = bench.refusal("camera.set", {{"values", {{"Width", 20}}}});
+    CHECK(locked.code == FailureCode::not_now);
+    CHECK(locked.field == "Width");
+    CHECK(bench.ask("camera.set", {{"values", {{"Width", 40}}}})["changed"].empty()); // as it is
+    REQUIRE(bench.ask("camera.stop")["stopped"] == true);
+    CHECK(bench.ask("camera.set", {{"values", {{"Width", 20}}}})["changed"] == json{{"Width", 20}});
+}
+
+TEST_CASE("a trigger tells what became of it") {
+    CallsBench bench;
+    CHECK(bench.refusal("camera.trigger").hint == "camera.start");
+    REQUIRE(bench.camera.acquisition_start());
+    const json frame = bench.ask("camera.trigger");
+    CHECK(frame["accepted"] == true);
+    CHECK(frame["frame"] == 1);
+    CHECK(frame["outcome"] == (bench.camera.counters().late > 0 ? "late" : "complete"));
+    CHECK(bench.camera.counters().complete == 1);
+
+    bench.wait_ready();
+    render_gate().close(); // the next frame does not come to its end
+    REQUIRE(bench.ask("camera.trigger", {{"wait", false}})["accepted"] == true);
+    const json missed = bench.ask("camera.trigger");
+    CHECK(missed["accepted"] == false);
+    CHECK(missed["outcome"] == "missed");
+    CHECK_FALSE(missed.contains("frame"));
+    render_gate().open();
+    bench.wait_ended(2);
+
+    bench.wait_ready();
+    bench.cameras[0]->triggering = true; // another client's
+    CHECK(bench.refusal("camera.trigger").code == FailureCode::busy);
+    bench.cameras[0]->triggering = false;
+    CHECK(bench.ask("camera.trigger")["frame"] == 3);
+    bench.ask("camera.set", {{"values", {{"TriggerSource", "Line0"}}}});
+    CHECK_THAT(bench.refusal("camera.trigger").what(), ContainsSubstring("TriggerSource Line0"));
+}
+
+TEST_CASE("a cancelled trigger no longer waits for its frame") {
+    CallsBench bench;
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    bench.work.stop = true;
+    CHECK(bench.refusal("camera.trigger").code == FailureCode::cancelled);
+    CHECK(bench.cameras[0]->triggering == false);
+    render_gate().open();
+    bench.wait_ended(1);
+}
+
+TEST_CASE("while another client controls the camera it can only be looked at") {
+    CallsBench bench;
+    bench.controller = "192.168.1.7:4000";
+    for (const char* call : {"camera.start", "camera.stop", "camera.trigger"}) {
+        const Failure failure = bench.refusal(call);
+        CHECK(failure.code == FailureCode::controlled);
+        CHECK(std::string(failure.what()) == "controlled by 192.168.1.7:4000");
+    }
+    CHECK(bench.refusal("camera.set", {{"values", {{"Gain", 1}}}}).code == FailureCode::controlled);
+    CHECK(bench.camera.settings().gain_db == 0);
+    CHECK(bench.ask("camera.get", {{"names", {"Gain"}}})["values"] == json{{"Gain", 0.0}});
+    CHECK(bench.ask("camera.features")["features"][0]["value"] == 40);
+}
