@@ -152,6 +152,7 @@ def threading_result(wait, act):
 
 
 def settings_and_triggers(daemon):
+    daemon.pixels(1)  # so that the next acquisition is the second one for the file sink
     with daemon.camera() as camera, daemon.camera(daemon.tcp) as other:
         check("the daemon's user may do everything, a client of TCP no more than move the scene",
               [camera.server["permission"], other.server["permission"]] == ["admin", "scene"])
