@@ -200,16 +200,17 @@ static mxClassID class_of(const char* dtype) {
     return mxUNKNOWN_CLASS;
 }
 
-/** Rows become columns, in blocks that stay in the cache. */
+/** Rows become columns, in blocks of which the cache holds reads and writes. */
 #define TRANSPOSE(type)                                                                                      \
-    for (size_t block_row = 0; block_row < rows; block_row += block)                                         \
-        for (size_t block_column = 0; block_column < columns; block_column += block)                         \
-            for (size_t column = block_column; column < columns && column < block_column + block; ++column)  \
-                for (size_t row = block_row; row < rows && row < block_row + block; ++row)                   \
+    for (size_t block_row = 0; block_row < rows; block_row += block_rows)                                    \
+        for (size_t block_column = 0; block_column < columns; block_column += block_columns)                 \
+            for (size_t row = block_row; row < rows && row < block_row + block_rows; ++row)                  \
+                for (size_t column = block_column;                                                           \
+                     column < columns && column < block_column + block_columns; ++column)                    \
                     ((type*)to)[row + rows * column] = ((const type*)from)[column + columns * row];
 
 static void transpose(void* to, const void* from, size_t rows, size_t columns, size_t bytes) {
-    enum { block = 32 };
+    enum { block_rows = 64, block_columns = 8 };
     switch (bytes) {
     case 1:
         TRANSPOSE(uint8_t) break;

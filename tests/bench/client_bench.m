@@ -4,13 +4,15 @@
 
 function text = times_us(count, work)
   spent = zeros(1, count);
+  used = cputime();
   for i = 1:count
     begin = tic();
     work(i);
     spent(i) = 1e6 * toc(begin);
   end
+  used = 1e6 * (cputime() - used) / count;
   spent = sort(spent);
-  text = sprintf('{"p50": %.1f, "p99": %.1f}', spent(floor(count / 2) + 1), spent(floor(count * 0.99) + 1));
+  text = sprintf('{"p50": %.1f, "p99": %.1f, "processor": %.1f}', spent(floor(count / 2) + 1), spent(floor(count * 0.99) + 1), used);
 end
 
 words = argv();

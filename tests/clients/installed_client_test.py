@@ -43,7 +43,11 @@ flags = shlex.split(subprocess.check_output(
     env={**os.environ, "PKG_CONFIG_PATH": str(library.parent / "pkgconfig")}))
 run(cc, "-std=c11", "-Wall", "-Wextra", "-Werror", source / "clients/c/examples/first.c", *flags, "-lm", "-o", work / "first")
 run(cxx, "-std=c++17", "-Wall", "-Wextra", "-Werror", source / "clients/cpp/examples/first.cpp", *flags, "-o", work / "first_cpp")
-for program in work / "first", work / "first_cpp", work / "consumer/first_c", work / "consumer/first_cpp":
+# The program that the page begins with
+page = (source / "docs/clients-c.md").read_text().split("\n\nis the example")[0]
+(work / "page.cpp").write_text("".join(line[4:] + "\n" for line in page.splitlines() if line.startswith("    ")))
+run(cxx, "-std=c++17", "-Wall", "-Wextra", "-Werror", work / "page.cpp", *flags, "-o", work / "page")
+for program in work / "page", work / "first", work / "first_cpp", work / "consumer/first_c", work / "consumer/first_cpp":
     done = subprocess.run([program], env={**os.environ, "OBSCURA": "/nowhere", "LD_LIBRARY_PATH": str(library.parent)},
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode == 0 or "environment variable OBSCURA" not in done.stdout:

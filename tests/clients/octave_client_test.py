@@ -42,6 +42,14 @@ with tempfile.TemporaryDirectory(prefix="obscura-octave-") as folder:
     same = flown.stdout.splitlines() == wanted.stdout.splitlines()[:3] and len(flown.stdout.splitlines()) == 3
     print(f"{'ok' if same else 'NOT OK'} - the rendezvous is that of Python")
 
+    # The page begins with the first example.
+    page = (source / "docs" / "clients-octave.md").read_text().split("\n\nis the example")[0]
+    shown = [line[4:] for line in page.splitlines() if line.startswith("    ")]
+    first = [line for line in (client / "examples" / "first.m").read_text().splitlines() if line and not line.startswith("%")]
+    nearer = run(*octave, client / "examples" / "first.m").stdout.split("\n")
+    good = shown == first and nearer[0] == "nearest surface 39.000 m" and nearer[9] == "nearest surface 30.000 m"
+    print(f"{'ok' if good else 'NOT OK'} - the first example is that of the page: {nearer}")
+
     # Ctrl-C ends the render and then the script, not the connection.
     slow = """camera = obscura_start('demo', 'threads', 1); disp('begins'); fflush(stdout);
               unwind_protect, obscura_render(camera, 'width', 2048, 'height', 1536, 'samples', 65536); disp('whole');
@@ -53,5 +61,5 @@ with tempfile.TemporaryDirectory(prefix="obscura-octave-") as folder:
     said = script.communicate(timeout=200)[0]
     interrupted = script.returncode == 1 and said == "0\n"
     print(f"{'ok' if interrupted else 'NOT OK'} - Ctrl-C ends the render, not the connection: {script.returncode} {said!r}")
-    failed = not interrupted or checks.returncode != 0 or flown.returncode != 0 or not same
+    failed = not interrupted or not good or checks.returncode != 0 or flown.returncode != 0 or not same
 sys.exit(1 if failed else 0)

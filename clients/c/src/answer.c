@@ -54,7 +54,7 @@ static const char* read_row(obscura_array* view, const obscura_value* row, const
     }
     if (view->bytes % each != 0 || (empty ? view->count != 0 : left != 1))
         return "an array has another shape than bytes";
-    view->data = body + offset;
+    view->data = offset == 0 ? body : body + offset; /* there may be no body */
     view->floats = strcmp(view->dtype, "<f4") == 0 ? view->data : NULL;
     return NULL;
 }
