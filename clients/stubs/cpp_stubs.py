@@ -24,7 +24,7 @@ short signed sizeof static struct switch template this throw true try typedef un
 xor name read fields""".split())
 
 _HEAD = f"""// SPDX-License-Identifier: Apache-2.0
-// Calls of the rendering server as structs, for the C++17 client.
+// Calls of rendering server and camera as structs, for the C++17 client.
 // {NOTE}
 // clang-format off
 #pragma once

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Typed calls of the clients, made from the server's own table of calls, which `describe` gives.
+"""Typed calls of the clients, made from the tables of calls of server and daemon, which `describe` gives.
 
-Usage: generate.py OBSCURA SOURCE-DIRECTORY [--update]
+Usage: generate.py OBSCURA OBSCURAD SOURCE-DIRECTORY [--update]
 Without --update the committed files are compared: exit status 1 if one differs, 77 without numpy.
 """
 import pathlib
@@ -14,18 +14,16 @@ except ImportError:
     print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
     sys.exit(77)
 
-obscura, source = sys.argv[1], pathlib.Path(sys.argv[2])
+obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 sys.path.insert(0, str(source / "clients" / "python"))
-from call_table import calls_of  # noqa: E402
 import cpp_stubs  # noqa: E402
 import java_stubs  # noqa: E402
 import lua_stubs  # noqa: E402
 import python_stubs  # noqa: E402
+from call_table import calls_of  # noqa: E402
+from described import all_calls  # noqa: E402
 
-import obscura_client  # noqa: E402
-
-with obscura_client.start(program=obscura) as camera:
-    calls = calls_of(camera.describe())
+calls = calls_of(all_calls(obscura, obscurad))
 wanted = {}
 for writer in (python_stubs, java_stubs, lua_stubs, cpp_stubs):
     wanted.update(writer.write(calls))
@@ -45,6 +43,6 @@ if "--update" in sys.argv:
     for file in gone:
         (source / file).unlink()
 elif wrong:
-    print(f"{', '.join(wrong)}: not what `obscura serve` describes; run {sys.argv[0]} with --update")
+    print(f"{', '.join(wrong)}: not what server and daemon describe; run {sys.argv[0]} with --update")
     sys.exit(1)
-print(f"{len(calls)} calls, the stubs are those of the server")
+print(f"{len(calls)} calls, the stubs are those of server and daemon")

@@ -46,16 +46,22 @@ def _setter(kind: str, owner: str, field: Field) -> List[str]:
             f'        fields.put("{field.name}", {value});', "        return this;", "    }"]
 
 
+def _list(begin: str, items: List[str], end: str, first: str, others: str) -> List[str]:
+    """Items with commas, lines of which break between items only."""
+    text = ", ".join(item.replace(" ", "\0") for item in items)
+    return [line.replace("\0", " ") for line in wrapped(begin + text + end, first, others, 114)]
+
+
 def _answer(call: Call, results: List[Field]) -> List[str]:
     lines = ["", "    /**", f"     * Answer of {call.name}; null is what the server did not send.", "     *"]
     for result in results:
         lines += wrapped(f"@param {_name(result)} {_text(result.help)}", "     * ", "     *     ")
-    components = ", ".join(f"{_GIVEN[r.kind][0]} {_name(r)}" for r in results)
-    lines += ["     */", *wrapped(f"public record Result({components})", "    ", "            ", 114)]
+    components = [f"{_GIVEN[r.kind][0]} {_name(r)}" for r in results]
+    lines += ["     */", *_list("public record Result(", components, ")", "    ", "            ")]
     lines[-1] += " {}"
-    read = ", ".join(_GIVEN[r.kind][1].format(f'head.get("{r.name}")') for r in results)
+    read = [_GIVEN[r.kind][1].format(f'head.get("{r.name}")') for r in results]
     return lines + ["", "    @Override", "    public Result read(Map<String, Object> head) {",
-                    *wrapped(f"return new Result({read});", "        ", "                "), "    }"]
+                    *_list("return new Result(", read, ");", "        ", "                "), "    }"]
 
 
 def _class(call: Call) -> str:
@@ -81,6 +87,6 @@ def _class(call: Call) -> str:
 def write(calls: List[Call]) -> Dict[pathlib.PurePath, str]:
     """Text of each file."""
     files = {FOLDER / f"{pascal(call.words)}.java": _class(call) for call in calls}
-    files[FOLDER / "package-info.java"] = ("// SPDX-License-Identifier: Apache-2.0\n/** Calls of the server. "
+    files[FOLDER / "package-info.java"] = ("// SPDX-License-Identifier: Apache-2.0\n/** Calls of rendering server and camera. "
                                            f"{NOTE.replace('`', '')} */\npackage obscura.client.calls;\n")
     return files

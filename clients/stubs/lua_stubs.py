@@ -15,7 +15,7 @@ _TYPES = {"boolean": "boolean", "integer": "integer", "number": "number", "strin
 _LISTS = {"numbers", "strings", "maps", "list"}
 
 _HEAD = f"""-- SPDX-License-Identifier: Apache-2.0
--- Calls of the server. {NOTE}
+-- Calls of rendering server and camera. {NOTE}
 -- Each takes a table of fields and returns the head of the answer, and its arrays by name.
 
 local calls = {{}}

@@ -17,7 +17,7 @@ _GIVEN = {**_TAKEN, "numbers": "List[float]", "strings": "List[str]", "map": "Di
           "list": "List[Any]"}
 
 _HEAD = f'''# SPDX-License-Identifier: Apache-2.0
-"""Calls of the server as typed methods. {NOTE}"""
+"""Calls of server and daemon as typed methods. {NOTE}"""
 from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, TypedDict, Union, cast
@@ -28,7 +28,7 @@ Arrays = Dict[str, numpy.ndarray]
 '''
 
 _ASYNC_HEAD = f'''# SPDX-License-Identifier: Apache-2.0
-"""Calls of the server as typed methods for asyncio. {NOTE}"""
+"""Calls of server and daemon as typed methods for asyncio. {NOTE}"""
 from __future__ import annotations
 
 from typing import Any, Awaitable, Callable, Dict, Mapping, Optional, Sequence, Tuple, Union, cast
@@ -39,23 +39,23 @@ from .calls import (
 
 
 class AsyncCalls:
-    """Every call of the server. Fields that are None are left out; the server has defaults for them."""
+    """Every call of rendering server and camera; which of them one has, describe() tells. Fields that are None are left out."""
 
     def __init__(self, request: Callable[[str, Dict[str, Any]], Awaitable[Tuple[Dict[str, Any], Arrays]]]) -> None:
         self._request = request
 
-    async def _ask(self, name: str, **fields: Any) -> Tuple[Dict[str, Any], Arrays]:
+    async def _ask(self, name: str, /, **fields: Any) -> Tuple[Dict[str, Any], Arrays]:
         return await self._request(name, {{key: value for key, value in fields.items() if value is not None}})
 '''
 
 _CLASS = '''
 class Calls:
-    """Every call of the server. Fields that are None are left out; the server has defaults for them."""
+    """Every call of rendering server and camera; which of them one has, describe() tells. Fields that are None are left out."""
 
     def __init__(self, request: Callable[[str, Dict[str, Any]], Tuple[Dict[str, Any], Arrays]]) -> None:
         self._request = request
 
-    def _ask(self, name: str, **fields: Any) -> Tuple[Dict[str, Any], Arrays]:
+    def _ask(self, name: str, /, **fields: Any) -> Tuple[Dict[str, Any], Arrays]:
         return self._request(name, {key: value for key, value in fields.items() if value is not None})
 '''
 

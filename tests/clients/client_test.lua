@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The Lua client beside a server, run by clients_test.py. Usage: lua5.4 client_test.lua ADDRESS FOLDER LOCKED-ADDRESS BROKEN-ADDRESS...
--- The server at LOCKED-ADDRESS wants FOLDER/token. Prints one line a check; exit status 1 if one failed.
+-- The Lua client beside a server, run by clients_test.py. Usage: lua5.4 client_test.lua ADDRESS FOLDER LOCKED-ADDRESS CAMERA-ADDRESS BROKEN-ADDRESS...
+-- The server at LOCKED-ADDRESS wants FOLDER/token; at CAMERA-ADDRESS is a daemon. Prints one line a check; exit status 1 if one failed.
 local obscura = require "obscura"
 local messagepack = require "obscura.messagepack"
 
@@ -122,6 +122,17 @@ do
   check("the token permits", known.server.permission == "scene" and known:status().waiting == 0, known.server.permission)
 end
 
+-- A running camera
+do
+  local live <close> = obscura.connect(arg[4], { timeout_s = 120 })
+  check("settings of a camera are changed", live.calls:camera_set({ values = { ExposureTime = 5000 } }).changed.ExposureTime == 5000 and
+    live.calls:camera_get({ names = { "ExposureTime" } }).values.ExposureTime == 5000)
+  local head, arrays = live.calls:frame {}
+  local _, pixels = next(arrays)
+  check("its frames are digital numbers", pixels.dtype == "<u2" and math.type(pixels:at(1, 1)) == "integer" and head.bits >= 8, head.bits)
+  check_refused("an unknown setting", "bad-argument", "", live.calls.camera_set, live.calls, { values = { Exposure = 1 } })
+end
+
 -- Progress, cancelling
 local told
 check("progress is told, and what it throws cancels", select(2, pcall(camera.render, camera,
@@ -143,7 +154,7 @@ check_refused("a program that is missing", "connection-lost", "not found", obscu
 check_refused("a scene that is missing", "bad-scene", "nosuch", obscura.start, "nosuch")
 
 -- Servers that are none
-for index = 4, #arg do
+for index = 5, #arg do
   local broken, expected = arg[index]:match "^(.*)=(.*)$"
   check_refused("a broken server: " .. expected, "connection-lost", expected, obscura.connect, broken, { timeout_s = 0.3 })
 end

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A client in its own language, beside a server and beside servers that are broken; then its examples.
 
-Usage: clients_test.py OBSCURA SOURCE-DIRECTORY LANGUAGE [CLASSES]
+Usage: clients_test.py OBSCURA OBSCURAD SOURCE-DIRECTORY LANGUAGE [CLASSES]
 LANGUAGE: java (with the folder of compiled classes), lua. Exit status 1 if a check failed, 77 if the language is not installed.
 """
 import os
@@ -17,8 +17,17 @@ import tempfile
 import threading
 import zlib
 
-obscura, source, language = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve(), sys.argv[3]
-classes = sys.argv[4] if len(sys.argv) > 4 else None
+try:
+    import numpy  # noqa: F401
+except ImportError:
+    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
+    sys.exit(77)
+
+obscura, obscurad, language = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]), sys.argv[4]
+source, classes = pathlib.Path(sys.argv[3]).resolve(), sys.argv[5] if len(sys.argv) > 5 else None
+sys.path[:0] = [str(source / "clients" / "python"), str(source / "clients" / "stubs")]
+from described import running_daemon  # noqa: E402
+
 PATIENCE_S = 300
 failures = []
 
@@ -137,7 +146,9 @@ with tempfile.TemporaryDirectory(prefix="obscura-clients-") as temporary:
     locked = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--root", folder, "--token-file", folder / "token",
                                "--with-input"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     broken = [f"{broken_server(reply)}={said}" for reply, said in BROKEN]
-    done = run("test", path if language == "java" else tcp, folder, locked.stdout.readline().split()[-1], *broken, in_folder=folder)
+    with running_daemon(obscurad) as live:
+        done = run("test", path if language == "java" else tcp, folder, locked.stdout.readline().split()[-1], live, *broken,
+                   in_folder=folder)
     print(done.stdout, end="")
     check("the client's own checks", done.returncode == 0 and "0 checks failed" in done.stdout, f"status {done.returncode}")
     for name in (f"{language}.png", f"{language}-depth.png"):
@@ -157,11 +168,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-clients-") as temporary:
     check("the rendezvous comes nearer", len(depths) == 3 and depths[0] > depths[1] > depths[2] > 15, done.stdout)
     python = subprocess.run([sys.executable, source / "clients" / "python" / "examples" / "rendezvous.py", "3", folder], text=True,
                             capture_output=True, env={**environment, "PYTHONPATH": str(source / "clients" / "python")})
-    if "No module named 'numpy'" in python.stderr:
-        print("skipped - the bytes of the rendezvous beside Python's: no numpy")
-    else:
-        check("its pictures are those of Python's", done.stdout.splitlines()[-1:] == python.stdout.splitlines()[-1:],
-              (done.stdout, python.stdout, python.stderr))
+    check("its pictures are those of Python's", done.stdout.splitlines()[-1:] == python.stdout.splitlines()[-1:],
+          (done.stdout, python.stdout, python.stderr))
     check("nothing is left behind", not list((folder / "tmp").iterdir()), list((folder / "tmp").iterdir()))
 
 print(f"{len(failures)} checks failed")

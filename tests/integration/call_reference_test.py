@@ -6,9 +6,7 @@ Usage: call_reference_test.py OBSCURA OBSCURAD SOURCE-DIRECTORY [--update]
 Exit status 1 if a page differs, 77 without numpy.
 """
 import pathlib
-import subprocess
 import sys
-import tempfile
 
 try:
     import numpy  # noqa: F401
@@ -17,8 +15,8 @@ except ImportError:
     sys.exit(77)
 
 obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-sys.path.insert(0, str(source / "clients" / "python"))
-import obscura_client  # noqa: E402
+sys.path[:0] = [str(source / "clients" / "python"), str(source / "clients" / "stubs")]
+from described import calls_of_daemon, calls_of_server  # noqa: E402
 
 
 def cell(text):
@@ -45,30 +43,7 @@ def page(title, intro, calls):
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
-def calls_of_daemon():
-    with tempfile.TemporaryDirectory(prefix="obscura-calls-") as folder:
-        config = pathlib.Path(folder) / "obscurad.toml"
-        config.write_text(f"""[scene]
-file = "demo"
-[gige]
-enabled = false
-[monitor]
-socket = "off"
-[control]
-unix_socket = "{folder}/calls"
-""")
-        daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        try:
-            daemon.stdout.readline()  # ready
-            with obscura_client.connect_camera(f"{folder}/calls") as camera:
-                return camera.describe()["calls"]
-        finally:
-            daemon.terminate()
-            daemon.communicate()
-
-
-with obscura_client.start(program=obscura) as camera:
-    served = camera.describe()["calls"]
+served = calls_of_server(obscura)
 every = [call["name"] for call in served[:served.index(next(c for c in served if c["name"] == "close")) + 1]]
 pages = {
     "calls.md": page("Calls of the rendering server", [
@@ -77,7 +52,7 @@ pages = {
     "camera-calls.md": page("Calls of a running camera", [
         "Generated from the daemon's `describe`; do not edit. What the calls are for is in [control.md](../control.md); those that every",
         f"connection has ({', '.join(every)}) are in [calls.md](calls.md)."],
-        [call for call in calls_of_daemon() if call["name"] not in every]),
+        [call for call in calls_of_daemon(obscurad) if call["name"] not in every]),
 }
 differ = False
 for name, text in pages.items():

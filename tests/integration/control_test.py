@@ -162,6 +162,7 @@ def settings_and_triggers(daemon):
               rows["ExposureTime"])
         check("and say whether they can change", rows["Width"]["locked"] and not rows["Gain"]["locked"])
         check("a write answers with all that has changed", camera.set(ExposureTime=2500, Gain=0) == {"ExposureTime": 2500})
+        check("the typed calls tell the same", camera.calls.camera_get(names=["ExposureTime"])["values"] == {"ExposureTime": 2500})
         check("another client sees it", other.get("ExposureTime") == 2500 and other.get("Gain", "Width") == {"Gain": 0, "Width": WIDTH})
         check_refused("a value out of range is refused as in a file", "bad-argument",
                       "camera.set: ExposureTime: 0 is out of range, allowed 1 to 1e7 us", lambda: camera.set(ExposureTime=0, Gain=3))

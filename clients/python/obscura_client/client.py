@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import protocol
-from .calls import Calls
 from .connection import Progress
 from .picture import Picture
 from .protocol import Token
@@ -29,12 +28,8 @@ class Client(Session):
     """A connection and its scene. Use it in a `with` statement, or call close().
 
     Names and units of keys are those of scene files (docs/reference/scene.md, `obscura keys`). Waits at most `timeout_s`
-    for news from the server. Not for several threads at once. `calls` has each call of the server, with types.
+    for news from the server. Not for several threads at once.
     """
-
-    def __init__(self, address: str, timeout_s: float = 600, token: Optional[Token] = None) -> None:
-        super().__init__(address, timeout_s, token)
-        self.calls = Calls(self._connection.request)
 
     # Scene
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, Optional, TypeVar
 
+from .calls import Calls
 from .connection import Connection
 from .protocol import Token
 
@@ -12,11 +13,12 @@ Self = TypeVar("Self", bound="Session")
 
 class Session:
     """A connection. Use it in a `with` statement, or call close(). Waits at most `timeout_s` for news from the server. Not for
-    several threads at once."""
+    several threads at once. `calls` has each call, with types."""
 
     def __init__(self, address: str, timeout_s: float = 600, token: Optional[Token] = None) -> None:
         self.on_close: Optional[Callable[[], object]] = None  # called once, after the connection has ended
         self._connection = Connection(address, timeout_s)
+        self.calls = Calls(self._connection.request)
         try:
             self.server: Dict[str, Any] = self._connection.greet(token)
         except BaseException:

@@ -14,13 +14,16 @@ import java.util.List;
 import java.util.Map;
 import java.util.Objects;
 import java.util.Random;
+import obscura.client.calls.CameraGet;
+import obscura.client.calls.CameraSet;
+import obscura.client.calls.Frame;
 import obscura.client.calls.Render;
 import obscura.client.calls.SceneGet;
 import obscura.client.calls.SceneLoad;
 
 /**
- * The Java client beside a server, run by clients_test.py. Usage: ClientTest ADDRESS FOLDER LOCKED-ADDRESS BROKEN-ADDRESS...
- * The server at LOCKED-ADDRESS wants FOLDER/token. Prints one line a check; exit status 1 if one failed.
+ * The Java client beside a server, run by clients_test.py. Usage: ClientTest ADDRESS FOLDER LOCKED-ADDRESS CAMERA-ADDRESS
+ * BROKEN-ADDRESS... The server at LOCKED-ADDRESS wants FOLDER/token; at CAMERA-ADDRESS is a daemon. Prints one line a check; exit status 1 if one failed.
  */
 final class ClientTest {
     private static int failed;
@@ -196,6 +199,19 @@ final class ClientTest {
         }
     }
 
+    private static void testCamera(String address) {
+        try (Client live = Client.connect(address, Duration.ofMinutes(2))) {
+            Map<String, Object> changed = live.call(new CameraSet().values(keys("ExposureTime", 5000))).changed();
+            check("settings of a camera are changed", changed.get("ExposureTime").equals(5000.0)
+                    && live.call(new CameraGet().names("ExposureTime")).values().get("ExposureTime").equals(5000.0), changed);
+            DataArray pixels = live.answer(new Frame()).arrays().get(0);
+            check("its frames are digital numbers", pixels.shorts().remaining() == pixels.shape().get(0) * pixels.shape().get(1), pixels);
+            RequestException wrong = checkThrows("an unknown setting", RequestException.class, "Exposure",
+                    () -> live.call(new CameraSet().values(keys("Exposure", 1))));
+            check("its code", wrong.code().equals("bad-argument"), wrong.code());
+        }
+    }
+
     private static void testCancelling(Client camera) throws Exception {
         Render endless = new Render().width(2048).height(2048).samples(65536);
         long[] told = new long[2];
@@ -238,8 +254,9 @@ final class ClientTest {
             testCancelling(camera);
         }
         testTokens(arguments[2], folder);
+        testCamera(arguments[3]);
         testOwnServer(folder);
-        for (int i = 3; i < arguments.length; ++i) {
+        for (int i = 4; i < arguments.length; ++i) {
             String[] broken = arguments[i].split("=", 2);
             checkThrows("a broken server: " + broken[1], ConnectionLostException.class, broken[1],
                     () -> Client.connect(broken[0], Duration.ofMillis(300)));
