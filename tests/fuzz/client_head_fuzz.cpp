@@ -20,7 +20,7 @@ namespace {
 bool same(const obscura_value* a, const obscura_value* b) {
     if (obscura_type_of(a) != obscura_type_of(b) || obscura_count(a) != obscura_count(b)) return false;
     const double number = obscura_as_number(a, 0), other = obscura_as_number(b, 0);
-    if (std::memcmp(&number, &other, sizeof number) != 0 && number == number) return false; // NaN stays NaN
+    if (number != other && (number == number || other == other)) return false; // NaN stays NaN
     if (obscura_as_int(a, 0) != obscura_as_int(b, 0) || obscura_as_bool(a) != obscura_as_bool(b))
         return false;
     if (obscura_type_of(a) == OBSCURA_STRING)

@@ -20,7 +20,6 @@
 #include <string>
 
 using obscura::client::Map;
-using obscura::client::Value;
 
 namespace {
 
