@@ -160,6 +160,12 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallS
                 mind();
                 return !stop_is_pending();
             });
+        calls.load_scene([&](const std::filesystem::path& file, const std::function<bool()>& wanted) {
+            return daemon.reload(emulator::with_scene(daemon.config(), file), [&] {
+                mind();
+                return wanted() && !stop_is_pending();
+            });
+        });
         if (signal == SIGUSR1) {
             log_notice("SIGUSR1: {}", daemon.summary());
             if (!options.statistics_file.empty()) write_statistics(daemon, options.statistics_file);

@@ -162,6 +162,14 @@ DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& m
     return config;
 }
 
+/// The sensor determines number and size of the pixels; those of the scene file serve `obscura render`.
+void take_pixels_of_sensor(DaemonConfig& config) {
+    config.scene.camera.width = config.sensor.readout.width;
+    config.scene.camera.height = config.sensor.readout.height;
+    config.scene.camera.pixel_pitch_m = config.sensor.pixel_pitch_m;
+    config.scene.camera.pixel_pitch_y_m = config.sensor.pixel_pitch_y_m;
+}
+
 void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Tables& tables,
                     config::Mistakes& mistakes) {
     config.scene = scene;
@@ -177,11 +185,7 @@ void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Table
         if (look_at != nullptr && !why.empty())
             mistakes.add(tables.top.in("view").in("look_at"), look_at->value.at, why);
     }
-    // The sensor determines number and size of the pixels; those of the scene file serve `obscura render`.
-    config.scene.camera.width = config.sensor.readout.width;
-    config.scene.camera.height = config.sensor.readout.height;
-    config.scene.camera.pixel_pitch_m = config.sensor.pixel_pitch_m;
-    config.scene.camera.pixel_pitch_y_m = config.sensor.pixel_pitch_y_m;
+    take_pixels_of_sensor(config);
 }
 
 /// Reads the scene file `file`, if it is not empty. Returns an empty scene if it has mistakes, which are
@@ -316,6 +320,27 @@ std::string print_config(const DaemonConfig& config) {
     for (DaemonConfig* camera : cameras)
         out += print_camera(*camera);
     return out;
+}
+
+DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_file) {
+    const std::filesystem::path file = std::filesystem::absolute(scene_file).lexically_normal();
+    const scene::Scene scene = scene::load_scene(file);
+    std::vector<DaemonConfig*> cameras{&config};
+    for (DaemonConfig& other : config.others)
+        cameras.push_back(&other);
+    for (DaemonConfig* camera : cameras) {
+        camera->scene_file = file.string();
+        camera->scene = scene;
+        if (!camera->view.empty()) {
+            const config::Value view = config::parse_text(camera->view, camera->source.string());
+            (void)scene::read_view(view, {camera->source, "camera.view"}, camera->scene);
+        }
+        if (camera->daemon.scene_time == SceneTime::tai && !scene.epoch)
+            throw ConfigError(fmt::format("{}: daemon.scene_time = \"tai\" needs an epoch in the scene file",
+                                          file.string()));
+        take_pixels_of_sensor(*camera);
+    }
+    return config;
 }
 
 bool is_reloadable(const std::string& path) {

@@ -66,6 +66,10 @@ struct DaemonConfig {
 /// does not have appear as commented-out examples.
 [[nodiscard]] std::string print_config(const DaemonConfig& config);
 
+/// The configuration with that scene in place of its own, each camera where its [camera.view] says. Throws
+/// ConfigError as load_config() does.
+[[nodiscard]] DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_file);
+
 /// Whether a reload accepts a new value of the key at this dotted path, as print_config() names it.
 [[nodiscard]] bool is_reloadable(const std::string& path);
 

@@ -332,6 +332,9 @@ config::Section section_of(ControlSection& s) {
         key("token_permission", &s.token_permission).help("What clients with the token may do"),
         key("unix_socket", &s.unix_socket)
             .help("Absolute path of a Unix socket for the user and the group of the daemon; empty: none"),
+        key("scenes", config::Path{&s.scenes, false, true})
+            .help("Folder below which the scene files stand that the call scene.show may name, beside the "
+                  "shipped ones; empty: the folder of the scene file"),
         key("clients", &s.clients).range(1, 1000).help("Clients at a time; further ones are refused"),
     };
     section.check = [&s](const config::ReadTable& table) {

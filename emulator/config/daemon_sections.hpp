@@ -113,6 +113,7 @@ struct ControlSection {
     service::Permission token_permission = service::Permission::scene;
     std::string unix_socket; ///< absolute path
     std::int32_t clients = 16;
+    std::string scenes; ///< folder; empty: that of the scene file
 
     [[nodiscard]] bool enabled() const { return !listen.empty() || !unix_socket.empty(); }
 };

@@ -29,10 +29,17 @@ CameraCalls::Cameras cameras_of(Daemon& daemon) {
     return cameras;
 }
 
+std::filesystem::path scenes_of(const DaemonConfig& config) {
+    return config.control.scenes.empty() ? std::filesystem::path(config.scene_file).parent_path()
+                                         : std::filesystem::path(config.control.scenes);
+}
+
 } // namespace
 
 CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& version)
-    : daemon_(daemon), host_(version, cameras_of(daemon), [&monitor] { return monitor.state(); }) {}
+    : daemon_(daemon),
+      host_(version, cameras_of(daemon), scenes_of(daemon.config()), [&monitor] { return monitor.state(); }) {
+}
 
 CallServer::~CallServer() {
     stop();

@@ -32,6 +32,9 @@ public:
     void start();
     /// To be called several times a second.
     void tick() { host_.tick(); }
+    /// Loads the scene that a client has asked for, if any, see SceneRequests. To be called several times a
+    /// second, not within Daemon::reload().
+    void load_scene(const SceneRequests::Load& load) { host_.scene_requests().serve(load); }
     /// Ends all connections, before Daemon::stop().
     void stop();
 

@@ -3,6 +3,7 @@
 
 #include "core/log_history.hpp"
 #include "emulator/control/frame_call.hpp"
+#include "emulator/control/scene_call.hpp"
 #include "emulator/monitor/monitor.hpp"
 
 #include <utility>
@@ -30,8 +31,9 @@ struct Events {
 
 class ControlSession final : public service::Session {
 public:
-    ControlSession(ControlHost& host, const CameraCalls::Cameras& cameras)
-        : host_(host), cameras_(cameras), camera_(cameras) {}
+    ControlSession(ControlHost& host, const CameraCalls::Cameras& cameras,
+                   const std::filesystem::path& scenes)
+        : host_(host), cameras_(cameras), scenes_(scenes), camera_(cameras) {}
 
     [[nodiscard]] service::Calls calls() override {
         service::Calls calls{
@@ -50,24 +52,31 @@ public:
                             {"threads", "array of maps", "", "Scheduling and processor time of each thread"},
                             {"cameras", "array of maps", "",
                              "State, verdict, counters and latencies of each camera, see docs/monitor.md"}};
+        calls[0].results.push_back(
+            {"scenes", "map", "", "Scenes of scene.show that were shown, and refused, since the start"});
         calls[1].results = {{"events", "array of maps", "", "Lines with id, utc, level and text"}};
         for (service::Call& call : camera_.calls())
             calls.push_back(std::move(call));
         calls.push_back(frame_call(cameras_));
+        calls.push_back(scene_call(host_.scene_requests(), scenes_));
         return calls;
     }
 
 private:
     ControlHost& host_;
     const CameraCalls::Cameras& cameras_;
+    const std::filesystem::path& scenes_;
     CameraCalls camera_;
 };
 
 } // namespace
 
-ControlHost::ControlHost(std::string version, CameraCalls::Cameras cameras,
+ControlHost::ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
                          std::function<std::string()> state)
-    : version_(std::move(version)), cameras_(std::move(cameras)), make_state_(std::move(state)) {
+    : version_(std::move(version)),
+      cameras_(std::move(cameras)),
+      scenes_(std::move(scenes)),
+      make_state_(std::move(state)) {
     asked_.open();
 }
 
@@ -80,7 +89,11 @@ std::shared_ptr<const json> ControlHost::state() {
     std::shared_ptr<const json> state;
     // However many ask in one tick, it is made once.
     const bool answered = asked_.run([this, &state] {
-        if (!state_) state_ = std::make_shared<const json>(json::parse(make_state_()));
+        if (!state_) {
+            auto made = std::make_shared<json>(json::parse(make_state_()));
+            (*made)["scenes"] = {{"shown", scene_requests_.shown()}, {"refused", scene_requests_.refused()}};
+            state_ = std::move(made);
+        }
         state = state_;
     });
     if (!answered) throw service::Failure(service::FailureCode::not_now, "the daemon is stopping");
@@ -88,7 +101,7 @@ std::shared_ptr<const json> ControlHost::state() {
 }
 
 std::unique_ptr<service::Session> ControlHost::open() {
-    return std::make_unique<ControlSession>(*this, cameras_);
+    return std::make_unique<ControlSession>(*this, cameras_, scenes_);
 }
 
 } // namespace obscura::emulator

@@ -4,10 +4,12 @@
 
 #include "core/work_queue.hpp"
 #include "emulator/control/camera_calls.hpp"
+#include "emulator/control/scene_requests.hpp"
 #include "service/session.hpp"
 
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -19,12 +21,18 @@ namespace obscura::emulator {
 class ControlHost final : public service::Host {
 public:
     /// `state`: Monitor::state(), called by tick().
-    ControlHost(std::string version, CameraCalls::Cameras cameras, std::function<std::string()> state);
+    /// `scenes`: see scene_call().
+    ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
+                std::function<std::string()> state);
 
     /// Answers what calls have asked of the main thread, which calls this several times a second.
     void tick();
     /// Calls are refused from now on what they ask of the main thread.
-    void close() { asked_.close(); }
+    void close() {
+        asked_.close();
+        scene_requests_.close();
+    }
+    [[nodiscard]] SceneRequests& scene_requests() noexcept { return scene_requests_; }
 
     /// The state of the daemon, not older than the call. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::shared_ptr<const nlohmann::json> state();
@@ -35,6 +43,8 @@ public:
 private:
     const std::string version_;
     const CameraCalls::Cameras cameras_;
+    const std::filesystem::path scenes_;
+    SceneRequests scene_requests_;
     const std::function<std::string()> make_state_;
     WorkQueue asked_;                             ///< of the main thread
     std::shared_ptr<const nlohmann::json> state_; ///< main thread: of this tick; null: not yet made

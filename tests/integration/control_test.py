@@ -211,6 +211,7 @@ def settings_and_triggers(daemon):
             one["cameras"][0].pop("recent")
             one["cameras"][0].pop("verdict")
             one["cameras"][0]["camera"].pop("ignored")
+            one.pop("scenes", None)
         check("the state is that of the monitor", told == monitor, (told, monitor))
         threads = [t for t in camera.state()["threads"] if t["name"] == "calls"]
         check("calls run on ordinary threads of low priority", len(threads) >= 3 and
@@ -226,6 +227,45 @@ sys.path.insert(0, {str(source / 'clients' / 'python')!r})
 import obscura_client
 print(obscura_client.connect_camera({daemon.path!r}).server["permission"])"""], capture_output=True, text=True)
             check("a member of the group may move the scene", member.stdout == "scene\n", member)
+
+
+def another_scene():
+    """Frames of one scene, then of another, without a frame between them that is late by the building of it."""
+    with Daemon("[gige]\nenabled = false\n[deadline]\npolicy = \"late\"\n") as daemon, daemon.camera() as camera, daemon.camera() as other:
+        text = (daemon.folder / "scene.toml").read_text()
+        (daemon.folder / "sub").mkdir()
+        (daemon.folder / "sub" / "dark.toml").write_text(text.replace("albedo = 0.1", "albedo = 0"))
+        (daemon.folder / "wrong.toml").write_text(text.replace("albedo = 0.1", "albedo = 7"))
+        (daemon.folder / "bands.toml").write_text("[[band]]\nfrom_nm = 500\nto_nm = 600\n" + text)
+        before = camera.frame()
+        check("the first scene has light", before.pixels.max() > 200, before.pixels.max())
+        for what, file, code, message in (
+                ("a scene with a mistake", "wrong.toml", "bad-scene", "albedo"),
+                ("a scene of other spectral bands", "bands.toml", "bad-scene", "spectral bands"),
+                ("a file elsewhere", "/etc/hostname", "bad-argument", "below control.scenes"),
+                ("a file above", "sub/../../x.toml", "bad-argument", "below control.scenes"),
+                ("a file that is not there", "nothing.toml", "bad-argument", "no such file")):
+            check_refused(f"{what} is refused", code, message, lambda f=file: camera.show_scene(f))
+        after = camera.frame(before.number)
+        check("and the old one goes on", abs(int(after.pixels.max()) - int(before.pixels.max())) < 100, after.pixels.max())
+        camera.show_scene("sub/dark.toml")
+        shown = camera.frame(camera.frame().number + 2)  # that of the next frame may be rendered already
+        check("another scene is shown", shown.pixels.max() < 200, shown.pixels.max())
+        counted = other.state()["scenes"]
+        check("scenes are counted", counted == {"shown": 1, "refused": 2}, counted)
+        said = [e["text"] for e in camera.events() if e["text"].startswith("scene: ")]
+        check("and told in the log", len(said) == 3 and said[2].endswith("sub/dark.toml is shown"), said)
+        (daemon.folder / "many.toml").write_text(text.replace("albedo = 0.1", "albedo = 0") + "".join(
+            f'[[body]]\nshape = "ellipsoid"\nradii_m = [5, 4, 3]\nalbedo = 0\nposition_m = [{i}, 0, 0]\n' for i in range(5)))
+        threading_result(lambda: camera.show_scene("many.toml"), lambda: [other.state() for _ in range(5)])
+        check("calls are answered beside, and a scene of more bodies is shown", other.state()["scenes"]["shown"] == 2)
+        counters = other.state()["cameras"][0]["camera"]
+        check("no frame is lost", counters["abandoned"] == counters["dropped"] == 0, counters)
+        daemon.process.send_signal(signal.SIGHUP)
+        wait_for(lambda: any("taken on" in e["text"] for e in other.events()))
+        last = other.frame(other.frame().number + 2)
+        check("a reload returns to the scene of the configuration", last.pixels.max() > 200, last.pixels.max())
+        check("the daemon ends well", daemon.stop() == 0)
 
 
 def hostile_clients(daemon):
@@ -352,6 +392,7 @@ port = {port}
 with Daemon("[gige]\nenabled = false\n") as alone:
     settings_and_triggers(alone)
     hostile_clients(alone)
+another_scene()
 poses_and_steps()
 beside_gige()
 print(f"{len(failures)} failed" if failures else "all good")

@@ -496,11 +496,14 @@ struct State {
         Value threads{};
         /// State, verdict, counters and latencies of each camera, see docs/monitor.md
         Value cameras{};
+        /// Scenes of scene.show that were shown, and refused, since the start
+        Value scenes{};
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {Value(head["daemon"]),
                 Value(head["threads"]),
-                Value(head["cameras"])};
+                Value(head["cameras"]),
+                Value(head["scenes"])};
     }
 };
 
@@ -835,6 +838,29 @@ struct Frame {
                 detail::optional<std::int64_t>(head["mid_exposure_tai_ns"]),
                 head["camera_position_m"].numbers(),
                 head["camera_orientation"].numbers()};
+    }
+};
+
+/// Shows another scene. It is built while frames of the present one continue, and shown from a frame on; if
+/// it cannot be, nothing changes and the answer says why. A reload of the configuration returns to the scene
+/// that stands there.
+struct SceneShow {
+    static constexpr const char* name = "scene.show";
+    /// Name of a shipped scene, or of a scene file below control.scenes
+    std::string file{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "file", file);
+        return map;
+    }
+
+    struct Result {
+        /// Scenes that have been shown by this call since the start
+        std::optional<std::int64_t> shown{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {detail::optional<std::int64_t>(head["shown"])};
     }
 };
 

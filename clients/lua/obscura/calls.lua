@@ -234,6 +234,7 @@ end
 ---@field daemon? table<string, any> Version, process, configuration, time since the start
 ---@field threads? table<string, any>[] Scheduling and processor time of each thread
 ---@field cameras? table<string, any>[] State, verdict, counters and latencies of each camera, see docs/monitor.md
+---@field scenes? table<string, any> Scenes of scene.show that were shown, and refused, since the start
 
 --- Tells what the daemon and its cameras do, as the verb `state` of the monitor does.
 ---@return obscura.StateAnswer head
@@ -410,6 +411,20 @@ end
 ---@return table<string, table> arrays
 function calls:frame(fields)
   return self:request("frame", fields)
+end
+
+---@class obscura.SceneShow
+---@field file string Name of a shipped scene, or of a scene file below control.scenes
+
+---@class obscura.SceneShowAnswer
+---@field shown? integer Scenes that have been shown by this call since the start
+
+--- Shows another scene. It is built while frames of the present one continue, and shown from a frame on; if it cannot
+--- be, nothing changes and the answer says why. A reload of the configuration returns to the scene that stands there.
+---@param fields obscura.SceneShow
+---@return obscura.SceneShowAnswer head
+function calls:scene_show(fields)
+  return self:request("scene.show", fields)
 end
 
 return calls

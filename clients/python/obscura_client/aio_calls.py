@@ -23,6 +23,7 @@ from .calls import (
     SceneExportAnswer,
     SceneGetAnswer,
     SceneLoadAnswer,
+    SceneShowAnswer,
     StateAnswer,
     StatusAnswer,
     StepAnswer,
@@ -418,3 +419,17 @@ class AsyncCalls:
         """
         head, arrays = await self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec)
         return cast(FrameAnswer, head), arrays
+
+    async def scene_show(
+        self,
+        *,
+        file: str,
+    ) -> SceneShowAnswer:
+        """Shows another scene. It is built while frames of the present one continue, and shown from a frame on; if it
+        cannot be, nothing changes and the answer says why. A reload of the configuration returns to the scene that
+        stands there.
+
+        file: Name of a shipped scene, or of a scene file below control.scenes
+        """
+        head, _ = await self._ask("scene.show", file=file)
+        return cast(SceneShowAnswer, head)

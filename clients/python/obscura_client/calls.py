@@ -132,6 +132,8 @@ class StateAnswer(TypedDict, total=False):
     threads: List[Dict[str, Any]]
     # State, verdict, counters and latencies of each camera, see docs/monitor.md
     cameras: List[Dict[str, Any]]
+    # Scenes of scene.show that were shown, and refused, since the start
+    scenes: Dict[str, Any]
 
 
 class EventsAnswer(TypedDict, total=False):
@@ -243,6 +245,13 @@ class FrameAnswer(TypedDict, total=False):
     camera_position_m: List[float]
     # Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
     camera_orientation: List[float]
+
+
+class SceneShowAnswer(TypedDict, total=False):
+    """Answer of scene.show."""
+
+    # Scenes that have been shown by this call since the start
+    shown: int
 
 
 class Calls:
@@ -633,3 +642,17 @@ class Calls:
         """
         head, arrays = self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec)
         return cast(FrameAnswer, head), arrays
+
+    def scene_show(
+        self,
+        *,
+        file: str,
+    ) -> SceneShowAnswer:
+        """Shows another scene. It is built while frames of the present one continue, and shown from a frame on; if it
+        cannot be, nothing changes and the answer says why. A reload of the configuration returns to the scene that
+        stands there.
+
+        file: Name of a shipped scene, or of a scene file below control.scenes
+        """
+        head, _ = self._ask("scene.show", file=file)
+        return cast(SceneShowAnswer, head)

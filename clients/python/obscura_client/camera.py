@@ -114,6 +114,10 @@ class Camera(Session):
 
     # Scene
 
+    def show_scene(self, file: str) -> None:
+        """Shows another scene: a shipped one ("demo"), or a file below control.scenes. Returns once it is shown."""
+        self.call("scene.show", file=file)
+
     def pose(self, name: str, time_s: float, position_m: Sequence[float], orientation: Sequence[float] = (1, 0, 0, 0), *,
              velocity_m_s: Optional[Sequence[float]] = None, rate_rad_s: Optional[Sequence[float]] = None) -> None:
         """Moves "camera", a body or a lamp; quaternion scalar first. With a velocity or a rate the motion goes on with both."""

@@ -19,12 +19,14 @@ public final class State extends Call<State.Result> {
      * @param daemon Version, process, configuration, time since the start
      * @param threads Scheduling and processor time of each thread
      * @param cameras State, verdict, counters and latencies of each camera, see docs/monitor.md
+     * @param scenes Scenes of scene.show that were shown, and refused, since the start
      */
     public record Result(Map<String, Object> daemon, List<Map<String, Object>> threads,
-            List<Map<String, Object>> cameras) {}
+            List<Map<String, Object>> cameras, Map<String, Object> scenes) {}
 
     @Override
     public Result read(Map<String, Object> head) {
-        return new Result(map(head.get("daemon")), maps(head.get("threads")), maps(head.get("cameras")));
+        return new Result(map(head.get("daemon")), maps(head.get("threads")), maps(head.get("cameras")),
+                map(head.get("scenes")));
     }
 }

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/control/scene_requests.hpp"
+
+#include "core/log.hpp"
+#include "service/call.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <new>
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+using service::Failure;
+using service::FailureCode;
+
+constexpr std::chrono::milliseconds look_period{50};
+
+} // namespace
+
+std::string SceneRequests::ask(const std::filesystem::path& file, const std::atomic<bool>& given_up) {
+    const auto request = std::make_shared<Request>();
+    request->file = file;
+    {
+        const std::lock_guard lock(mutex_);
+        if (closed_) throw Failure(FailureCode::not_now, "the daemon is stopping");
+        if (in_work_ || waiting_)
+            throw Failure(FailureCode::busy, "scene.show: another scene is being prepared");
+        waiting_ = request;
+    }
+    std::future<std::string> answer = request->answer.get_future();
+    while (answer.wait_for(look_period) != std::future_status::ready)
+        if (given_up) request->withdrawn = true;
+    std::string why = answer.get();
+    if (request->withdrawn && !why.empty()) throw service::cancelled();
+    return why;
+}
+
+void SceneRequests::serve(const Load& load) {
+    std::shared_ptr<Request> request;
+    {
+        const std::lock_guard lock(mutex_);
+        // While a scene is built the main thread comes here again.
+        if (in_work_ || !waiting_) return;
+        request = std::exchange(waiting_, nullptr);
+        in_work_ = true;
+    }
+    std::string why;
+    try {
+        why = load(request->file, [&request] { return !request->withdrawn; });
+    } catch (const std::bad_alloc&) {
+        why = "out of memory";
+    } catch (const std::exception& error) {
+        why = error.what();
+    }
+    why.resize(std::min(why.find('\n'), why.size())); // the first mistake of a file with several
+    ++(why.empty() ? shown_ : refused_);
+    if (why.empty())
+        log_notice("scene: {} is shown", request->file.string());
+    else
+        log_error("scene: nothing changed: {}", why);
+    {
+        const std::lock_guard lock(mutex_);
+        in_work_ = false;
+    }
+    request->answer.set_value(std::move(why));
+}
+
+void SceneRequests::close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    if (!waiting_) return;
+    waiting_->answer.set_value("the daemon is stopping");
+    waiting_.reset();
+}
+
+} // namespace obscura::emulator
