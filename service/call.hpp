@@ -32,6 +32,9 @@ public:
     [[nodiscard]] virtual const std::atomic<bool>& cancelled() const noexcept = 0;
     /// Tells the client that `done` of `total` is done, at most five times a second.
     virtual void progress(std::uint64_t done, std::uint64_t total) = 0;
+    /// Counts the bytes of the answer, which are about to be allocated, as memory of the server's clients
+    /// until it has been sent. Throws Failure (too_large) if there are too many.
+    virtual void reserve(std::uint64_t /*bytes*/) {}
 };
 
 /// What a cancelled call throws.

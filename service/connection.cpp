@@ -81,11 +81,11 @@ std::vector<iovec> parts_of(const Outgoing& message, std::size_t sent) {
 /// A request, from its arrival to its answer.
 class Connection::Job final : public Work {
 public:
-    Job(std::uint32_t the_id, const Call& the_call, json the_request)
-        : id(the_id), call(&the_call), request(std::move(the_request)) {}
+    Job(std::uint32_t the_id, MemoryAccount& memory, const Call& the_call, json the_request)
+        : id(the_id), call(&the_call), request(std::move(the_request)), memory_(memory) {}
     /// Of a head that has not been read, of a client with that permission.
-    Job(std::uint32_t the_id, std::string the_text, Permission the_permission)
-        : id(the_id), text(std::move(the_text)), permission(the_permission) {}
+    Job(std::uint32_t the_id, MemoryAccount& memory, std::string the_text, Permission the_permission)
+        : id(the_id), text(std::move(the_text)), permission(the_permission), memory_(memory) {}
 
     const std::uint32_t id;
     std::atomic<const Call*> call{nullptr}; ///< null: the head has not been read
@@ -95,7 +95,13 @@ public:
     std::atomic<bool> stop{false};
     std::atomic<std::uint64_t> done{0}, total{0};
 
+    MemoryAccount::Share share;
+
     [[nodiscard]] const std::atomic<bool>& cancelled() const noexcept override { return stop; }
+    void reserve(std::uint64_t bytes) override {
+        share = {};
+        share = memory_.take(bytes);
+    }
     void progress(std::uint64_t now_done, std::uint64_t now_total) override {
         if (now_done == 0) begun_ = Clock::now().time_since_epoch();
         done = now_done, total = now_total;
@@ -113,11 +119,12 @@ public:
     }
 
 private:
+    MemoryAccount& memory_;
     std::atomic<Clock::duration> begun_{Clock::now().time_since_epoch()};
 };
 
 Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, const Access& access,
-                       std::function<void()> wake)
+                       MemoryAccount& memory, std::function<void()> wake)
     : limits_(limits),
       host_(host),
       wake_(std::move(wake)),
@@ -130,6 +137,7 @@ Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, 
           return all;
       }()),
       access_(access),
+      memory_(memory),
       thread_(limits.stack_bytes, [this] { run_jobs(); }) {}
 
 Connection::~Connection() {
@@ -227,8 +235,8 @@ void Connection::take_messages() {
 void Connection::take_request(std::uint32_t id, std::string text) {
     answer_failure(id, [&] {
         if (text.size() > most_read_here && greeted_)
-            return enqueue(
-                std::make_shared<Job>(id, std::move(text), access_.permission.value_or(Permission::view)));
+            return enqueue(std::make_shared<Job>(id, memory_, std::move(text),
+                                                 access_.permission.value_or(Permission::view)));
         json request = read_head(text, limits_);
         const Call& call = call_of(request);
         if (!greeted_ && call.name != "hello" && call.name != "challenge")
@@ -257,7 +265,7 @@ void Connection::begin(const Call& call, std::uint32_t id, json request) {
     if (call.overtakes)
         run_now(call, id, request);
     else
-        enqueue(std::make_shared<Job>(id, call, std::move(request)));
+        enqueue(std::make_shared<Job>(id, memory_, call, std::move(request)));
 }
 
 void Connection::enqueue(std::shared_ptr<Job> job) {
@@ -281,7 +289,7 @@ void Connection::answer_failure(std::uint32_t id, const std::function<void()>& w
 }
 
 void Connection::run_now(const Call& call, std::uint32_t id, const json& request) {
-    Job work(id, call, {});
+    Job work(id, memory_, call, {});
     queue(make_message(MessageKind::answer, id, bind(call, request).run(work).head));
 }
 
@@ -391,6 +399,7 @@ Outgoing Connection::run(Job& job) {
         Outgoing message =
             make_message(MessageKind::answer, job.id, std::move(answer.head), std::move(answer.arrays));
         message.keep = std::move(answer.keep);
+        if (!message.arrays.empty()) message.share = std::move(job.share);
         message.descriptor = answer.descriptor;
         return message;
     } catch (const Failure& failure) {

@@ -31,9 +31,10 @@ class Connection {
 public:
     using Clock = std::chrono::steady_clock;
 
-    /// `wake` is called on the connection's thread when there is something to send. `host` outlives this.
+    /// `wake` is called on the connection's thread when there is something to send. `host` and `memory`
+    /// outlive this.
     Connection(FileDescriptor socket, const Limits& limits, Host& host, const Access& access,
-               std::function<void()> wake);
+               MemoryAccount& memory, std::function<void()> wake);
     /// Waits for the call in progress.
     ~Connection();
     Connection(const Connection&) = delete;
@@ -97,6 +98,7 @@ private:
     const std::unique_ptr<Session> session_;
     const Calls calls_;
     Access access_;
+    MemoryAccount& memory_;
     std::string challenge_; ///< that the next hello proves its token with; empty: none
     /// A hello that has to wait; nothing more is read meanwhile.
     struct Held {
@@ -114,6 +116,7 @@ private:
     /// Nothing is read as requests any more; the connection ends when the client ends it, or then.
     std::optional<Clock::time_point> ends_;
 
+    MemoryAccount::Share ring_share_;
     std::shared_ptr<SharedRing> ring_; ///< of the thread that runs calls; null: the client wants none
 
     mutable std::mutex mutex_; ///< of what follows

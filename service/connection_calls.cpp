@@ -37,6 +37,8 @@ Answer Connection::open_memory(std::size_t slots, std::uint64_t bytes) {
                       fmt::format("memory.open: {} slots of {} bytes, allowed {} in all", slots, bytes,
                                   limits_.shared_bytes));
     ring_.reset();
+    ring_share_ = {};
+    ring_share_ = memory_.take(slots * bytes);
     try {
         require_memory(slots * bytes, "shared memory");
         ring_ = std::make_shared<SharedRing>(slots, static_cast<std::size_t>(bytes));
@@ -64,6 +66,7 @@ Answer Connection::hello_answer() {
     limits["head_bytes"] = limits_.head_bytes;
     limits["body_bytes"] = limits_.body_bytes;
     limits["head_depth"] = limits_.head_depth;
+    limits["memory_bytes"] = limits_.memory_bytes;
     limits["shared_bytes"] = limits_.shared_bytes;
     limits["requests"] = limits_.requests;
     return {{{"server", "obscura"},

@@ -15,6 +15,7 @@ struct Limits {
     std::uint64_t body_bytes = 0;                ///< of a request; no call takes arrays yet
     std::size_t head_depth = 8;                  ///< maps and arrays within each other
     std::size_t head_values = 200'000;           ///< in the head of a message
+    std::uint64_t memory_bytes = 4ULL << 30;     ///< of the pictures of all clients, and what they share
     std::uint64_t shared_bytes = 1ULL << 30;     ///< of the shared memory of a client
     std::size_t requests = 64;                   ///< of a client, received and not yet begun
     std::chrono::milliseconds message_ms{30000}; ///< from the first byte of a message to its last

@@ -204,9 +204,8 @@ Outgoing make_message(MessageKind kind, std::uint32_t id, json head, std::vector
     if (!arrays.empty()) head["arrays"] = list_arrays(arrays);
     std::string packed;
     json::to_msgpack(head, packed);
-    return {frame_text({kind, id, static_cast<std::uint32_t>(packed.size()), body_bytes}) + packed,
-            std::move(arrays),
-            {}};
+    return {.start = frame_text({kind, id, static_cast<std::uint32_t>(packed.size()), body_bytes}) + packed,
+            .arrays = std::move(arrays)};
 }
 
 } // namespace obscura::service

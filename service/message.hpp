@@ -4,6 +4,7 @@
 
 #include "service/array.hpp"
 #include "service/limits.hpp"
+#include "service/memory_account.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -48,6 +49,7 @@ struct Outgoing {
     std::string start;
     std::vector<Array> arrays{};
     std::shared_ptr<void> keep{}; ///< lives until the message has been sent
+    MemoryAccount::Share share{}; ///< of the arrays
     int descriptor = -1;          ///< goes along with the first byte, over a Unix socket; -1: none
 };
 /// Bytes between an array that ends at `offset` of the body and the next: arrays begin at multiples of 8.

@@ -74,7 +74,7 @@ void Server::accept(const Listener& listener) {
         if (connections_.size() + gone_.size() < limits_.clients) {
             const Access access = access_of(listener, client.get());
             connections_.push_back(
-                std::make_unique<Connection>(std::move(client), limits_, host_, access, [this] {
+                std::make_unique<Connection>(std::move(client), limits_, host_, access, memory_, [this] {
                     const std::uint64_t one = 1;
                     // It fails only where it has rung so often that it need not.
                     [[maybe_unused]] const ssize_t bytes = ::write(bell_.get(), &one, sizeof one);

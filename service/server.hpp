@@ -39,6 +39,7 @@ private:
     Host& host_;
     const std::vector<Listener> listeners_;
     Tokens tokens_;
+    MemoryAccount memory_{limits_.memory_bytes};
     FileDescriptor bell_; ///< eventfd: a connection has something to send
     std::vector<std::unique_ptr<Connection>> connections_;
     std::vector<std::unique_ptr<Connection>> gone_; ///< their calls have not ended yet

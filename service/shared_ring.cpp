@@ -62,8 +62,8 @@ std::optional<SharedRing::Place> SharedRing::write(std::uint32_t id, const std::
     std::byte* const start = memory_ + slot * stride_;
     auto& head = *reinterpret_cast<SlotHead*>(start);
     std::atomic_ref<std::uint64_t> sequence(head.sequence);
-    sequence.store(2 * written_ + 1, std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_release);
+    // Nothing of what follows is seen before it.
+    sequence.exchange(2 * written_ + 1, std::memory_order_acq_rel);
     head.id = id;
     head.bytes = bytes;
     std::size_t offset = 0;

@@ -347,8 +347,10 @@ service::Answer RenderCall::run(const Arguments& arguments, service::Work& work)
     const auto height = static_cast<std::uint64_t>(rows.window.height);
     rows.total = aovs.empty() ? height : 2 * height;
     const renderer::Renderer& renderer = this->renderer(arguments, camera);
+    const std::uint64_t bytes = rows.pixels() * (renderer.band_count() + aovs.size()) * sizeof(float);
+    work.reserve(bytes);
     try {
-        require_memory(rows.pixels() * (renderer.band_count() + aovs.size()) * sizeof(float), "picture");
+        require_memory(bytes, "picture");
     } catch (const InputError& error) {
         throw Failure(FailureCode::too_large, error.what());
     }

@@ -64,6 +64,8 @@ public:
         line.number("--threads", &picture_.threads, "N", "Render threads of each client; 0: one per core", 0,
                     1024);
         line.number("--clients", &clients_, "N", "Clients at a time; further ones are refused", 1, 1000);
+        line.number("--memory", &memory_mib_, "MIB",
+                    "Memory in MiB that the pictures of all clients, and what they share, may take", 1, 1e9);
         line.flag("--with-input", with_input_,
                   "End when standard input ends, as for a program that started it");
         line.examples = {"obscura serve",
@@ -92,6 +94,7 @@ public:
         std::fflush(stdout);
         service::Limits limits;
         limits.clients = clients_;
+        limits.memory_bytes = memory_mib_ << 20;
         RenderHost host(OBSCURA_VERSION, root, picture_);
         service::Server server(limits, host, std::move(listeners), std::move(tokens));
         emulator::notify_service_manager("READY=1");
@@ -119,6 +122,7 @@ private:
     std::string address_ = "127.0.0.1:5152", socket_, root_;
     PictureLimits picture_;
     std::uint32_t clients_ = 16;
+    std::uint64_t memory_mib_ = 4096;
     bool with_input_ = false;
 };
 

@@ -63,7 +63,8 @@ private:
                                return answer;
                            }),
                 call<NoArguments>("picture", Permission::scene, "A MiB.",
-                                  [](const NoArguments&, Work& /*work*/) {
+                                  [](const NoArguments&, Work& work) {
+                                      work.reserve(1 << 20);
                                       Answer answer;
                                       answer.arrays = {{"p", {512, 512}, std::vector<float>(512 * 512, 1)}};
                                       return answer;
@@ -573,6 +574,30 @@ TEST_CASE("arrays stand in shared memory where they fit, each over the oldest", 
     const FileDescriptor second(file);
     client.request(10, {{"call", "picture"}});
     CHECK(client.answer().body.size() == 1U << 20);
+}
+
+TEST_CASE("clients hold no more memory together than the limit", "[service]") {
+    Limits limits;
+    limits.memory_bytes = (2 << 20) + (1 << 19);
+    const Bench bench(limits);
+    Client client(bench), other(bench);
+    for (int i = 0; i < 5; ++i) { // what has been sent is held no more
+        client.request(1, {{"call", "picture"}});
+        CHECK(client.answer().body.size() == 1U << 20);
+    }
+    other.request(2, {{"call", "memory.open"}, {"slots", 2}, {"bytes", 1 << 20}});
+    int file = -1;
+    (void)other.answer(&file);
+    const FileDescriptor owner(file);
+    client.request(3, {{"call", "picture"}});
+    const json refused = client.answer().head;
+    CHECK(refused["code"] == "too-large");
+    CHECK(refused["message"] == "1048576 bytes beside 2097152 that clients hold, allowed 2621440 in all");
+    other.hang_up();
+    Bench::until([&] {
+        client.request(4, {{"call", "picture"}});
+        return client.answer().frame.kind == MessageKind::answer;
+    });
 }
 
 TEST_CASE("a token file is for this user and its group", "[service]") {
