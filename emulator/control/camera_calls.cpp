@@ -288,7 +288,9 @@ Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
     answer.head = {{"accepted", accepted}, {"edge_tai_ns", edge.ns + chosen.clock.tai_offset_ns()}};
     if (!trigger.wait) return answer;
     CameraCounters after = chosen.camera.counters();
-    while (ended_edges(after) == ended_edges(before)) {
+    // Edges of sources that are not selected come at any time, and are ignored.
+    const auto ended = [](const CameraCounters& c) { return ended_edges(c) - c.ignored; };
+    while (ended(after) == ended(before)) {
         if (work.cancelled()) throw service::cancelled();
         if (chosen.clock.now() - edge > patience_ns) throw not_now("camera.trigger: the frame does not come");
         std::this_thread::sleep_for(look_period);

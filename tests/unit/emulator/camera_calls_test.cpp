@@ -6,7 +6,9 @@
 #include "tests/unit/emulator/bench.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <string>
+#include <thread>
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -153,6 +155,24 @@ TEST_CASE("a trigger tells what became of it") {
     CHECK(bench.ask("camera.trigger")["frame"] == 3);
     bench.ask("camera.set", {{"values", {{"TriggerSource", "Line0"}}}});
     CHECK_THAT(bench.refusal("camera.trigger").what(), ContainsSubstring("TriggerSource Line0"));
+}
+
+TEST_CASE("edges of another source do not end the wait for a triggered frame") {
+    CallsBench bench;
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    std::thread line([&] {
+        render_gate().wait_for_render();
+        const Time now = bench.clock.now();
+        bench.camera.on_trigger({1, now, now}); // Line0, while Software is selected
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        render_gate().open();
+    });
+    const json frame = bench.ask("camera.trigger");
+    line.join();
+    CHECK(bench.camera.counters().ignored == 1);
+    CHECK(frame["outcome"] != "missed");
+    CHECK(frame["frame"] == 1);
 }
 
 TEST_CASE("a cancelled trigger no longer waits for its frame") {
