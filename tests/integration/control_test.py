@@ -3,7 +3,7 @@
 """A running daemon is called by programs: settings, triggers, poses and steps reach the camera and its frames, a GigE Vision
 client keeps them off, and no client disturbs another or the camera.
 
-Usage: control_test.py OBSCURAD OBSCURA SOURCE-DIRECTORY
+Usage: control_test.py OBSCURA SOURCE-DIRECTORY OBSCURAD
 Exit status 1 if a check failed, 77 without numpy.
 """
 import json
@@ -19,44 +19,12 @@ import tempfile
 import threading
 import time
 
-try:
-    import numpy  # noqa: F401
-except ImportError:
-    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
-    sys.exit(77)
-
-obscurad, obscura, source = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]), pathlib.Path(sys.argv[3]).resolve()
-sys.path[:0] = [str(source / "clients" / "python"), str(source / "tests" / "support")]
-import obscura_client  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from client_checks import PATIENCE_S, check, check_refused, end, obscura, obscura_client, source, wait_for  # noqa: E402
 from simulator_client import Simulator  # noqa: E402
 
-PATIENCE_S = 60  # a busy machine, a sanitizer
+obscurad = os.path.abspath(sys.argv[3])
 WIDTH, HEIGHT = 64, 48
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
-    if not good:
-        failures.append(what)
-
-
-def check_refused(what, code, message, call):
-    try:
-        call()
-    except obscura_client.RequestError as error:
-        check(what, error.code == code and message in error.message, (error.code, error.message))
-    else:
-        check(what, False, "was not refused")
-
-
-def wait_for(condition):
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
 
 
 def free_port(kind):
@@ -395,5 +363,4 @@ with Daemon("[gige]\nenabled = false\n") as alone:
 another_scene()
 poses_and_steps()
 beside_gige()
-print(f"{len(failures)} failed" if failures else "all good")
-sys.exit(1 if failures else 0)
+sys.exit(end())
