@@ -84,10 +84,10 @@ std::int64_t utc_ns() {
     return now.tv_sec * ns_per_s + now.tv_nsec;
 }
 
-void write_line(LogLevel level, const std::string& text) {
+void write_line(LogLevel level, const std::string& text, std::string_view message) {
     static const Journal journal;
     history().add(level, text, utc_ns());
-    if (journal.is_stderr() && journal.send(journal_entry(level, text))) return;
+    if (journal.is_stderr() && journal.send(journal_entry(level, text, message))) return;
     const std::string line = journal.is_stderr() ? fmt::format("<{}>{}\n", static_cast<int>(level), text)
                                                  : fmt::format("{}{}\n", name_of(level), text);
     // One write per line, so that lines of several threads never mix.
@@ -96,10 +96,31 @@ void write_line(LogLevel level, const std::string& text) {
 
 } // namespace
 
-std::string journal_entry(LogLevel level, std::string_view text) {
-    const std::string message = printable(text);
-    return fmt::format("MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART={}\n", message,
-                       static_cast<int>(level), message.substr(0, message.find_first_of(": ")));
+std::string journal_entry(LogLevel level, std::string_view text, std::string_view message) {
+    const std::string line = printable(text);
+    return fmt::format(
+        "MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART={}\nMESSAGE_ID={}\n", line,
+        static_cast<int>(level), line.substr(0, line.find_first_of(": ")), message_id(message));
+}
+
+std::string message_id(std::string_view message) {
+    __extension__ using Bits = unsigned __int128;
+    constexpr auto bits = [](std::uint64_t high, std::uint64_t low) { return Bits{high} << 64 | low; };
+    constexpr Bits prime = bits(0x0000000001000000, 0x000000000000013b);
+    Bits hash = bits(0x6c62272e07bb0142, 0x62b821756295c58d);
+    const auto add = [&](std::string_view bytes) {
+        for (const char c : bytes)
+            hash = (hash ^ static_cast<unsigned char>(c)) * prime;
+    };
+    while (!message.empty()) {
+        const std::size_t field = message.find('{'), end = message.find('}', field);
+        add(message.substr(0, field));
+        if (end == std::string_view::npos) break;
+        add("\u2026");
+        message.remove_prefix(end + 1);
+    }
+    return fmt::format("{:016x}{:016x}", static_cast<std::uint64_t>(hash >> 64),
+                       static_cast<std::uint64_t>(hash));
 }
 
 bool LogLimit::admit(Time now, std::uint64_t& suppressed) noexcept {
@@ -124,7 +145,7 @@ LogLevel log_level() noexcept {
     return current_level.load(std::memory_order_relaxed);
 }
 
-void log_line(LogLevel level, std::string_view text) {
+void log_line(LogLevel level, std::string_view text, std::string_view message) {
     if (level > log_level()) return;
     static std::mutex mutex;
     static LogLimit limit;
@@ -133,10 +154,12 @@ void log_line(LogLevel level, std::string_view text) {
         const std::lock_guard lock(mutex);
         if (!limit.admit(MonotonicClock().now(), suppressed)) return;
     }
-    if (suppressed > 0)
-        write_line(LogLevel::warning, fmt::format("log: {} lines were too many for {} s and are left out",
-                                                  suppressed, LogLimit::window_ns / ns_per_s));
-    write_line(level, printable(text));
+    if (suppressed > 0) {
+        static constexpr std::string_view left_out = "log: {} lines were too many for {} s and are left out";
+        write_line(LogLevel::warning, fmt::format(left_out, suppressed, LogLimit::window_ns / ns_per_s),
+                   left_out);
+    }
+    write_line(level, printable(text), message);
 }
 
 void LogHistory::add(LogLevel level, std::string_view text, std::int64_t utc_ns) {
@@ -195,13 +218,14 @@ std::size_t LogRing::drain() {
         const LogRecord record = cell.record;
         cell.turn.store(tail_ + capacity, std::memory_order_release);
         ++tail_;
-        log_line(record.level, fmt::format(fmt::runtime(record.text), record.arguments[0],
-                                           record.arguments[1], record.arguments[2]));
+        log_line(record.level,
+                 fmt::format(fmt::runtime(record.text), record.arguments[0], record.arguments[1],
+                             record.arguments[2]),
+                 record.text);
     }
     const std::uint64_t lost = lost_.load(std::memory_order_relaxed);
     if (lost != lost_reported_) {
-        log_line(LogLevel::warning,
-                 fmt::format("log: {} records were lost, the ring was full", lost - lost_reported_));
+        log_warning("log: {} records were lost, the ring was full", lost - lost_reported_);
         lost_reported_ = lost;
     }
     return count;

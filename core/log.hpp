@@ -30,12 +30,17 @@ void set_log_level(LogLevel level) noexcept;
 
 /// Writes one line to standard error, "level: text", or an entry with fields to the journal when standard
 /// error is the journal ("<N>text" if its socket cannot be reached). Control characters become blanks.
-/// Thread-safe, not real-time safe.
-void log_line(LogLevel level, std::string_view text);
+/// `message` says which message it is: the text before its fields "{}" were replaced, or the name that the
+/// table of messages (docs/appliance.md) has for texts made elsewhere. Thread-safe, not real-time safe.
+void log_line(LogLevel level, std::string_view text, std::string_view message);
 
-/// An entry in the journal's native format: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER and OBSCURA_PART, which is
-/// the first word of `text` (https://systemd.io/JOURNAL_NATIVE_PROTOCOL).
-[[nodiscard]] std::string journal_entry(LogLevel level, std::string_view text);
+/// An entry in the journal's native format: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER, OBSCURA_PART, which is
+/// the first word of `text`, and MESSAGE_ID (https://systemd.io/JOURNAL_NATIVE_PROTOCOL).
+[[nodiscard]] std::string journal_entry(LogLevel level, std::string_view text, std::string_view message);
+/// MESSAGE_ID of a message: 32 hexadecimal digits, FNV-1a of 128 bits of the message with "\u2026" for each
+/// field, which is how the table of messages and the catalogue made from it (systemd/obscura.catalog) have
+/// it.
+[[nodiscard]] std::string message_id(std::string_view message);
 
 /// Rate limit: admits a number of lines per time window and counts the others.
 class LogLimit {
@@ -53,25 +58,29 @@ private:
 };
 
 template<typename... Args>
+void log_formatted(LogLevel level, fmt::format_string<Args...> f, Args&&... args) {
+    const fmt::string_view message = f;
+    log_line(level, fmt::format(f, std::forward<Args>(args)...), {message.data(), message.size()});
+}
+template<typename... Args>
 void log_error(fmt::format_string<Args...> f, Args&&... args) {
-    log_line(LogLevel::error, fmt::format(f, std::forward<Args>(args)...));
+    log_formatted(LogLevel::error, f, std::forward<Args>(args)...);
 }
 template<typename... Args>
 void log_warning(fmt::format_string<Args...> f, Args&&... args) {
-    log_line(LogLevel::warning, fmt::format(f, std::forward<Args>(args)...));
+    log_formatted(LogLevel::warning, f, std::forward<Args>(args)...);
 }
 template<typename... Args>
 void log_notice(fmt::format_string<Args...> f, Args&&... args) {
-    log_line(LogLevel::notice, fmt::format(f, std::forward<Args>(args)...));
+    log_formatted(LogLevel::notice, f, std::forward<Args>(args)...);
 }
 template<typename... Args>
 void log_info(fmt::format_string<Args...> f, Args&&... args) {
-    if (log_level() >= LogLevel::info) log_line(LogLevel::info, fmt::format(f, std::forward<Args>(args)...));
+    if (log_level() >= LogLevel::info) log_formatted(LogLevel::info, f, std::forward<Args>(args)...);
 }
 template<typename... Args>
 void log_debug(fmt::format_string<Args...> f, Args&&... args) {
-    if (log_level() >= LogLevel::debug)
-        log_line(LogLevel::debug, fmt::format(f, std::forward<Args>(args)...));
+    if (log_level() >= LogLevel::debug) log_formatted(LogLevel::debug, f, std::forward<Args>(args)...);
 }
 
 /// Log record of a real-time thread: a message with static storage and up to three numbers.

@@ -242,7 +242,7 @@ int run(const Options& options) {
     emulator::notify_service_manager("STOPPING=1");
     calls.stop();
     daemon.stop();
-    log_notice("{}", daemon.summary());
+    log_line(LogLevel::notice, daemon.summary(), "COUNTERS");
     if (!options.statistics_file.empty()) write_whole(options.statistics_file, daemon.statistics_json());
     return exit_ok;
 }

@@ -387,7 +387,7 @@ void PagedTexture::run_loader(const std::atomic<bool>& stop) const {
             try {
                 if (cache_->find(key) == nullptr) load(key);
             } catch (const std::exception& e) {
-                if (!told) log_error("{}", e.what());
+                if (!told) log_line(LogLevel::error, e.what(), "TEXTURE: WHY");
                 told = true;
             }
         }

@@ -127,7 +127,7 @@ void FileSink::write(const Frame& frame) {
         failing_ = false;
     } catch (const std::exception& error) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
-        if (!failing_) log_error("{}", error.what());
+        if (!failing_) log_line(LogLevel::error, error.what(), "PLACE: WHY");
         failing_ = true;
     }
 }

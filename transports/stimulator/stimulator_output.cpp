@@ -159,7 +159,7 @@ void StimulatorOutput::complain(const std::string& line) {
     if (line == last_complaint_ && at - last_complaint_at_ < complaint_interval_ns) return;
     last_complaint_ = line;
     last_complaint_at_ = at;
-    log_warning("{}", line);
+    log_line(LogLevel::warning, line, "stimulator DEVICE: WHY");
 }
 
 void StimulatorOutput::work() {

@@ -101,7 +101,7 @@ void V4l2Output::report(const std::string& problem) {
     if (std::find(reported_.begin(), reported_.end(), problem) != reported_.end()) return;
     if (reported_.size() < most_causes) reported_.push_back(problem);
     count(problems_);
-    log_warning("{}", problem);
+    log_line(LogLevel::warning, problem, "v4l2: DEVICE: WHY");
 }
 
 void V4l2Output::retry_later(Instant now) {
@@ -124,8 +124,8 @@ void V4l2Output::open(V4l2Image image) {
     // Log the description only when it changes: a node that opens and then fails each time must not flood
     // the log.
     if (std::string description = node_->describe(); description != described_) {
-        log_notice("{}", description);
-        if (!node_->warning().empty()) log_warning("{}", node_->warning());
+        log_line(LogLevel::notice, description, "v4l2: DEVICE: IMAGE");
+        if (!node_->warning().empty()) log_line(LogLevel::warning, node_->warning(), "v4l2: DEVICE: WHY");
         described_ = std::move(description);
     }
 }

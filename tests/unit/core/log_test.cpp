@@ -41,11 +41,23 @@ TEST_CASE("several producers and one consumer lose nothing while there is room")
 }
 
 TEST_CASE("an entry of the journal has fields, and no text makes fields or lines of its own") {
-    CHECK(journal_entry(LogLevel::warning, "v4l2: /dev/video10: is gone") ==
-          "MESSAGE=v4l2: /dev/video10: is gone\nPRIORITY=4\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART=v4l2\n");
-    const std::string hostile = journal_entry(LogLevel::error, "stimulator x\nPRIORITY=0\x1b[31m: away");
+    CHECK(journal_entry(LogLevel::warning, "v4l2: /dev/video10: is gone", "v4l2: DEVICE: WHY") ==
+          "MESSAGE=v4l2: /dev/video10: is gone\nPRIORITY=4\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART=v4l2\n"
+          "MESSAGE_ID=" +
+              message_id("v4l2: DEVICE: WHY") + "\n");
+    const std::string hostile =
+        journal_entry(LogLevel::error, "stimulator x\nPRIORITY=0\x1b[31m: away", "stimulator DEVICE: WHY");
     CHECK(hostile == "MESSAGE=stimulator x PRIORITY=0 [31m: away\nPRIORITY=3\nSYSLOG_IDENTIFIER=obscurad\n"
-                     "OBSCURA_PART=stimulator\n");
+                     "OBSCURA_PART=stimulator\nMESSAGE_ID=" +
+                         message_id("stimulator DEVICE: WHY") + "\n");
+}
+
+TEST_CASE("a message's ID is FNV-1a of 128 bits, the same whatever its fields are formatted as") {
+    // The first two of the vectors of http://www.isthe.com/chongo/tech/comp/fnv.
+    CHECK(message_id("") == "6c62272e07bb014262b821756295c58d");
+    CHECK(message_id("a") == "d228cb696f1a8caf78912b704e4a8964");
+    CHECK(message_id("frame {} of {:.1f} s") == message_id("frame \u2026 of \u2026 s"));
+    CHECK(message_id("frame {}") != message_id("frame {} "));
 }
 
 TEST_CASE("a flood of lines is cut off and counted") {
