@@ -426,6 +426,7 @@ CameraCounters Camera::counters() const noexcept {
     CameraCounters c;
     c.triggers = gate.edges + gate.lost;
     c.missed_triggers = gate.missed;
+    c.missed_because = gate.missed_because;
     c.masked_triggers = gate.masked;
     c.latched_triggers = gate.latched;
     c.ignored = gate.ignored;

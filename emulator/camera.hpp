@@ -53,11 +53,12 @@ struct CameraConfig {
 /// `triggers`, and then in exactly one of `frames`, `missed_triggers`, `masked_triggers` and `dropped`,
 /// except while its frame is in progress or it waits latched.
 struct CameraCounters {
-    std::uint64_t triggers = 0;         ///< edges, including lost ones (gaps in the source's ids)
-    std::uint64_t missed_triggers = 0;  ///< lost edges, and edges before the camera was ready again
-    std::uint64_t masked_triggers = 0;  ///< edges before the camera was ready, under OverTrigger::ignore
-    std::uint64_t latched_triggers = 0; ///< edges that became frames after waiting for the camera
-    std::uint64_t ignored = 0;          ///< edges while not acquiring, or from a source not selected
+    std::uint64_t triggers = 0;          ///< edges, including lost ones (gaps in the source's ids)
+    std::uint64_t missed_triggers = 0;   ///< lost edges, and edges before the camera was ready again
+    sync::MissedCounts missed_because{}; ///< their reasons
+    std::uint64_t masked_triggers = 0;   ///< edges before the camera was ready, under OverTrigger::ignore
+    std::uint64_t latched_triggers = 0;  ///< edges that became frames after waiting for the camera
+    std::uint64_t ignored = 0;           ///< edges while not acquiring, or from a source not selected
     std::uint64_t dropped = 0;          ///< pool empty, or no transport took the frame
     LodCounters lod;                    ///< frames with tiles missing
     std::uint64_t frames = 0;           ///< frames passed to at least one transport

@@ -64,11 +64,11 @@ bool TriggerGate::offer(const Trigger& trigger, std::size_t input) noexcept {
 void TriggerGate::miss(const Trigger& trigger) noexcept {
     if (!is_open()) return;
     edges_.fetch_add(1, std::memory_order_relaxed);
-    count_missed(1, trigger.edge);
+    count_missed(1, trigger.edge, MissedReason::chip_busy);
 }
 
-void TriggerGate::count_missed(std::uint64_t edges, Time edge) noexcept {
-    missed_.fetch_add(edges, std::memory_order_relaxed);
+void TriggerGate::count_missed(std::uint64_t edges, Time edge, MissedReason reason) noexcept {
+    missed_[static_cast<std::size_t>(reason)].fetch_add(edges, std::memory_order_relaxed);
     if (listener_ != nullptr) listener_->on_missed(edge);
 }
 
@@ -76,7 +76,7 @@ void TriggerGate::count_lost(const Trigger& trigger, std::size_t input) noexcept
     const std::uint64_t last = last_id_[input].exchange(trigger.id, std::memory_order_relaxed);
     if (last == 0 || trigger.id <= last + 1) return;
     lost_.fetch_add(trigger.id - last - 1, std::memory_order_relaxed);
-    count_missed(trigger.id - last - 1, trigger.edge);
+    count_missed(trigger.id - last - 1, trigger.edge, MissedReason::lost_edge);
 }
 
 bool TriggerGate::try_take(const Trigger& trigger, std::int64_t held_ns) noexcept {
@@ -97,9 +97,13 @@ bool TriggerGate::refuse(const Trigger& trigger) noexcept {
         return false;
     }
     std::uint32_t empty = latch_empty;
-    if (policy == OverTrigger::count ||
-        !latch_.compare_exchange_strong(empty, latch_writing, std::memory_order_acq_rel)) {
-        count_missed(1, trigger.edge);
+    if (policy == OverTrigger::count) {
+        count_missed(1, trigger.edge,
+                     trigger.edge < not_before() ? MissedReason::chip_busy : MissedReason::rendering);
+        return false;
+    }
+    if (!latch_.compare_exchange_strong(empty, latch_writing, std::memory_order_acq_rel)) {
+        count_missed(1, trigger.edge, MissedReason::latch_full);
         return false;
     }
     latched_trigger_ = trigger;
@@ -136,7 +140,7 @@ bool TriggerGate::discard_latched() noexcept {
     if (!latch_.compare_exchange_strong(full, latch_writing)) return false;
     const Time edge = latched_trigger_.edge;
     latch_.exchange(latch_empty);
-    count_missed(1, edge);
+    count_missed(1, edge, MissedReason::stopped);
     return true;
 }
 
@@ -170,10 +174,16 @@ void TriggerGate::finished() noexcept {
 }
 
 GateCounters TriggerGate::counters() const noexcept {
-    return {edges_.load(std::memory_order_relaxed),  lost_.load(std::memory_order_relaxed),
-            taken_.load(std::memory_order_relaxed),  missed_.load(std::memory_order_relaxed),
-            masked_.load(std::memory_order_relaxed), latched_.load(std::memory_order_relaxed),
-            ignored_.load(std::memory_order_relaxed)};
+    GateCounters c;
+    c.edges = edges_.load(std::memory_order_relaxed);
+    c.lost = lost_.load(std::memory_order_relaxed);
+    c.taken = taken_.load(std::memory_order_relaxed);
+    c.masked = masked_.load(std::memory_order_relaxed);
+    c.latched = latched_.load(std::memory_order_relaxed);
+    c.ignored = ignored_.load(std::memory_order_relaxed);
+    for (std::size_t reason = 0; reason < missed_.size(); ++reason)
+        c.missed += c.missed_because[reason] = missed_[reason].load(std::memory_order_relaxed);
+    return c;
 }
 
 void TriggerGate::change_phase(std::uint32_t from, std::uint32_t to) noexcept {

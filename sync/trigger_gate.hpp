@@ -3,6 +3,7 @@
 // policy.
 #pragma once
 
+#include "sync/missed_triggers.hpp"
 #include "sync/over_trigger.hpp"
 #include "sync/sync.hpp"
 
@@ -26,10 +27,11 @@ struct GateCounters {
     std::uint64_t edges = 0;   ///< offered by the selected input while the gate was open
     std::uint64_t lost = 0;    ///< gaps in the ids of an input while it was selected
     std::uint64_t taken = 0;   ///< accepted and handed to the consumer
-    std::uint64_t missed = 0;  ///< lost edges, and edges that came too early
+    std::uint64_t missed = 0;  ///< lost edges, and edges that came too early: sum of missed_because
     std::uint64_t masked = 0;  ///< edges that came too early under OverTrigger::ignore
     std::uint64_t latched = 0; ///< taken edges that had to wait
     std::uint64_t ignored = 0; ///< offered while closed or from another input
+    MissedCounts missed_because{};
 };
 
 /// Hand-over slot for one trigger between any number of source threads and one consumer thread. offer() is
@@ -107,7 +109,7 @@ private:
     static constexpr std::uint32_t quit_bit = 8;
     enum Latch : std::uint32_t { latch_empty, latch_writing, latch_full };
 
-    void count_missed(std::uint64_t edges, Time edge) noexcept;
+    void count_missed(std::uint64_t edges, Time edge, MissedReason reason) noexcept;
     void count_lost(const Trigger& trigger, std::size_t input) noexcept;
     bool try_take(const Trigger& trigger, std::int64_t held_ns) noexcept;
     bool refuse(const Trigger& trigger) noexcept;
@@ -126,8 +128,8 @@ private:
     Trigger latched_trigger_;
     std::atomic<std::int64_t> not_before_ns_{INT64_MIN};
     std::array<std::atomic<std::uint64_t>, input_count> last_id_{}; ///< 0: no predecessor
-    std::atomic<std::uint64_t> edges_{0}, lost_{0}, taken_{0}, missed_{0}, masked_{0}, latched_{0},
-        ignored_{0};
+    std::atomic<std::uint64_t> edges_{0}, lost_{0}, taken_{0}, masked_{0}, latched_{0}, ignored_{0};
+    std::array<std::atomic<std::uint64_t>, missed_reason_count> missed_{};
 };
 
 } // namespace obscura::sync

@@ -4,6 +4,18 @@
 #include <fmt/format.h>
 
 namespace obscura::emulator {
+namespace {
+
+std::string reasons_of(const sync::MissedCounts& counts) {
+    std::string text;
+    for (std::size_t reason = 0; reason < counts.size(); ++reason)
+        if (counts[reason] > 0)
+            text += fmt::format("{}{}: {}", text.empty() ? "" : ", ",
+                                name_of(static_cast<sync::MissedReason>(reason)), counts[reason]);
+    return text;
+}
+
+} // namespace
 
 void RecentFrames::note(Time now, const CameraCounters& counters) {
     if (!snapshots_.empty() && now - snapshots_.back().time < ns_per_s) return;
@@ -19,6 +31,8 @@ FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) cons
     out.seconds = static_cast<double>(now - snapshots_.front().time) / static_cast<double>(ns_per_s);
     out.triggers = counters.triggers - before.triggers;
     out.missed_triggers = counters.missed_triggers - before.missed_triggers;
+    for (std::size_t reason = 0; reason < out.missed_because.size(); ++reason)
+        out.missed_because[reason] = counters.missed_because[reason] - before.missed_because[reason];
     out.frames = counters.frames - before.frames;
     out.complete = counters.complete - before.complete;
     out.late = counters.late - before.late;
@@ -40,7 +54,8 @@ Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& co
     };
     if (recent.triggers == 0) return bad("no trigger");
     if (recent.missed_triggers > 0)
-        return bad(fmt::format("{} of {} triggers missed", recent.missed_triggers, recent.triggers));
+        return bad(fmt::format("{} of {} triggers missed ({})", recent.missed_triggers, recent.triggers,
+                               reasons_of(recent.missed_because)));
     if (recent.dropped > 0)
         return bad(fmt::format("{} of {} triggers without a frame: no memory or transport was free",
                                recent.dropped, recent.triggers));

@@ -15,6 +15,10 @@ Trigger at(std::uint64_t id, std::int64_t ns) {
     return {id, Time{ns}, Time{ns}};
 }
 
+std::uint64_t missed(const TriggerGate& gate, MissedReason reason) {
+    return gate.counters().missed_because[static_cast<std::size_t>(reason)];
+}
+
 void check_balance(const GateCounters& c, std::uint64_t waiting = 0) {
     CHECK(c.edges + c.lost == c.taken + c.missed + c.masked + waiting);
 }
@@ -41,6 +45,9 @@ TEST_CASE("a closed gate takes nothing; an open one takes one at a time from the
     CHECK(c.ignored == 2);
     CHECK(c.taken == 2);
     CHECK(c.missed == 3);
+    // Before the frame was begun, and after its period; within the period.
+    CHECK(missed(gate, MissedReason::rendering) == 2);
+    CHECK(missed(gate, MissedReason::chip_busy) == 1);
     check_balance(c);
 }
 
@@ -76,6 +83,7 @@ TEST_CASE("gaps in the ids are missed edges, but not across closing or selecting
     CHECK(gate.offer(at(99, 6), 0));
     CHECK(gate.counters().lost == 3);
     CHECK(gate.counters().missed == 3);
+    CHECK(missed(gate, MissedReason::lost_edge) == 3);
     check_balance(gate.counters());
 }
 
@@ -110,6 +118,7 @@ TEST_CASE("over-triggers under each policy") {
         CHECK(gate.held_ns() == 40);
         CHECK(gate.counters().latched == 2);
         CHECK(gate.counters().missed == 1);
+        CHECK(missed(gate, MissedReason::latch_full) == 1);
         check_balance(gate.counters());
     }
     SECTION("latch: what waits at the end is missed") {
@@ -122,6 +131,7 @@ TEST_CASE("over-triggers under each policy") {
         gate.finished();
         CHECK_FALSE(gate.pending());
         CHECK(gate.counters().missed == 1);
+        CHECK(missed(gate, MissedReason::stopped) == 1);
         check_balance(gate.counters());
     }
 }
