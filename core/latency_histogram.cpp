@@ -7,6 +7,12 @@
 
 namespace obscura {
 
+std::size_t shown_bucket_of(double span_us) noexcept {
+    return static_cast<std::size_t>(
+        std::lower_bound(latency_bounds_us.begin(), latency_bounds_us.end(), span_us) -
+        latency_bounds_us.begin());
+}
+
 std::size_t LatencyHistogram::bucket_of(std::int64_t span_ns) noexcept {
     const auto v = static_cast<std::uint64_t>(std::max<std::int64_t>(span_ns, 0));
     if (v < 16) return static_cast<std::size_t>(v);
@@ -24,8 +30,18 @@ std::int64_t LatencyHistogram::upper_end(std::size_t bucket) noexcept {
 
 void LatencyHistogram::add(std::int64_t span_ns) noexcept {
     buckets_[bucket_of(span_ns)].fetch_add(1, std::memory_order_relaxed);
+    shown_[shown_bucket_of(static_cast<double>(span_ns) * 1e-3)].fetch_add(1, std::memory_order_relaxed);
+    sum_.fetch_add(std::max<std::int64_t>(span_ns, 0), std::memory_order_relaxed);
     if (span_ns > max_.load(std::memory_order_relaxed)) max_.store(span_ns, std::memory_order_relaxed);
     count_.fetch_add(1, std::memory_order_relaxed);
+}
+
+LatencyHistogram::Shown LatencyHistogram::up_to_bounds() const noexcept {
+    Shown up_to{};
+    std::uint64_t sum = 0;
+    for (std::size_t k = 0; k < up_to.size(); ++k)
+        up_to[k] = sum += shown_[k].load(std::memory_order_relaxed);
+    return up_to;
 }
 
 std::int64_t LatencyHistogram::quantile_ns(double q) const noexcept {

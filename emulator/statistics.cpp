@@ -16,10 +16,9 @@ double to_us(std::int64_t ns) {
 }
 
 Json latency(const LatencyHistogram& h) {
-    return {{"count", h.count()},
-            {"p50", to_us(h.quantile_ns(0.5))},
-            {"p99", to_us(h.quantile_ns(0.99))},
-            {"max", to_us(h.max_ns())}};
+    return {
+        {"count", h.count()},       {"p50", to_us(h.quantile_ns(0.5))}, {"p99", to_us(h.quantile_ns(0.99))},
+        {"max", to_us(h.max_ns())}, {"sum", to_us(h.sum_ns())},         {"up_to", h.up_to_bounds()}};
 }
 
 /// Frames by the worst level of their rows.
@@ -27,6 +26,13 @@ Json quality(const QualityCounters& c) {
     Json json{{"degraded", c.degraded}, {"failed", c.failed}};
     for (std::size_t l = 0; l < c.worst.size(); ++l)
         json[std::string(name_of(static_cast<QualityLevel>(l)))] = c.worst[l];
+    return json;
+}
+
+Json missed(const sync::MissedCounts& counts) {
+    Json json;
+    for (std::size_t reason = 0; reason < counts.size(); ++reason)
+        json[std::string(name_of(static_cast<sync::MissedReason>(reason)))] = counts[reason];
     return json;
 }
 
@@ -76,6 +82,7 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                       {"stalled", c.stalled},
                       {"stalled_rows", c.stalled_rows},
                       {"missed_triggers", c.missed_triggers},
+                      {"missed_because", missed(c.missed_because)},
                       {"ignored", c.ignored},
                       {"lod_deficit", {{"frames", c.lod.frames}, {"tiles_missing", c.lod.tiles_missing}}},
                       {"dropped", c.dropped},

@@ -28,7 +28,8 @@ struct SourceState {
 
 /// {"clock": {"state": "free", "locked", "holdover" or "lockstep", "source"},
 ///  "trigger": {"refused"}, "camera": {"run", counters...},
-///  "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max"}, ...},
+///  "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max", "sum", "up_to": numbers of spans up
+///  to each of latency_bounds_us}, ...},
 ///  "transports": {"gige": {...}, ...}}
 [[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                                              const TransportList& transports, const SourceState& source,

@@ -59,10 +59,8 @@ SpanFigures figures_of(std::string name, std::string key, std::vector<double> va
         f.p99 = quantile(values, 0.99);
         f.max = values.back();
     }
-    for (const double us : values) {
-        const auto bucket = std::lower_bound(bucket_ends_us.begin(), bucket_ends_us.end(), us);
-        ++f.histogram[static_cast<std::size_t>(bucket - bucket_ends_us.begin())];
-    }
+    for (const double us : values)
+        ++f.histogram[shown_bucket_of(us)];
     f.values = std::move(values);
     return f;
 }
@@ -183,8 +181,8 @@ std::string acquisition_text(const TimingFile& file, bool degraded) {
                    : fmt::format("{:<30} {:>8} {:>12} {:>12} {:>12} {:>12}\n", f.name, 0, "-", "-", "-", "-");
     // One column per decade, and a last column for longer values.
     out += fmt::format("\n{:<30}", "histogram: up to");
-    for (std::size_t i = 0; i < bucket_ends_us.size(); i += 3)
-        out += fmt::format(" {:>8}", in_time_units(bucket_ends_us[i]));
+    for (std::size_t i = 0; i < latency_bounds_us.size(); i += 3)
+        out += fmt::format(" {:>8}", in_time_units(latency_bounds_us[i]));
     out += fmt::format(" {:>8}\n", "more");
     for (const SpanFigures& f : figures) {
         if (f.count == 0) continue;
@@ -222,7 +220,7 @@ std::string timing_text(const TimingFile& file, bool degraded) {
 std::string timing_csv(const TimingFile& file) {
     const std::vector<TimingFile> all = acquisitions(file);
     std::string out = "acquisition,span,count,p50_us,p90_us,p99_us,max_us";
-    for (const double end : bucket_ends_us)
+    for (const double end : latency_bounds_us)
         out += fmt::format(",to_{:g}_us", end);
     out += ",more\n";
     for (const TimingFile& one : all)

@@ -2,6 +2,7 @@
 // Report on the timing file of a run (obscurad --timing): spans, quantiles, the worst frames and why.
 #pragma once
 
+#include "core/latency_histogram.hpp"
 #include "tools/support/timing_causes.hpp"
 #include "tools/support/timing_file.hpp"
 
@@ -13,18 +14,14 @@
 
 namespace obscura::tools {
 
-/// Upper limits of the histogram buckets in microseconds; one more bucket holds longer values.
-constexpr std::array bucket_ends_us{1.,  2.,  5.,  1e1, 2e1, 5e1, 1e2, 2e2, 5e2, 1e3,
-                                    2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6};
-
 /// Distribution of one latency over all frames (or rows) that have it, in microseconds.
 struct SpanFigures {
     std::string name; ///< "trigger to first row" and so on
     std::string key;  ///< "trigger_to_first_row"
     std::size_t count = 0;
     double p50 = 0, p90 = 0, p99 = 0, max = 0;
-    std::array<std::size_t, bucket_ends_us.size() + 1> histogram{};
-    std::vector<double> values; ///< sorted
+    std::array<std::size_t, latency_bounds_us.size() + 1> histogram{}; ///< shown_bucket_of()
+    std::vector<double> values;                                        ///< sorted
 };
 [[nodiscard]] std::vector<SpanFigures> span_figures(const TimingFile& file);
 

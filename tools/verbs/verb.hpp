@@ -52,6 +52,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_timing();
 [[nodiscard]] std::unique_ptr<Verb> make_status();
 [[nodiscard]] std::unique_ptr<Verb> make_events();
+[[nodiscard]] std::unique_ptr<Verb> make_metrics();
 [[nodiscard]] std::unique_ptr<Verb> make_release();
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();
 [[nodiscard]] std::unique_ptr<Verb> make_truth();

@@ -42,6 +42,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"timing", make_timing},
         VerbEntry{"status", make_status},
         VerbEntry{"events", make_events},
+        VerbEntry{"metrics", make_metrics},
         VerbEntry{"trigger", make_trigger},
         VerbEntry{"release", make_release},
         VerbEntry{"truth", make_truth},

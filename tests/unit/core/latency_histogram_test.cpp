@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 using obscura::LatencyHistogram;
@@ -43,6 +44,15 @@ TEST_CASE("quantiles agree with the sorted spans") {
         CHECK(histogram.quantile_ns(q) >= exact);
         CHECK(histogram.quantile_ns(q) <= exact + exact / 16 + 1);
     }
+    const LatencyHistogram::Shown up_to = histogram.up_to_bounds();
+    for (std::size_t k = 0; k < up_to.size(); ++k) {
+        const double bound_ns = obscura::latency_bounds_us[k] * 1e3;
+        const auto end = std::upper_bound(spans.begin(), spans.end(), bound_ns, [](double a, std::int64_t b) {
+            return a < static_cast<double>(b);
+        });
+        CHECK(up_to[k] == static_cast<std::uint64_t>(end - spans.begin()));
+    }
+    CHECK(histogram.sum_ns() == std::accumulate(spans.begin(), spans.end(), std::int64_t{0}));
     CHECK(histogram.max_ns() == spans.back());
     CHECK(histogram.count() == 20'000);
     LatencyHistogram few; // the middle one of three is the median

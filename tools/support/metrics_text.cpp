@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/support/metrics_text.hpp"
+
+#include "core/latency_histogram.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace obscura::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Pointer = Json::json_pointer;
+using Labels = std::vector<std::pair<std::string_view, std::string>>;
+
+std::string escaped(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+        if (c == '\\' || c == '"') out += '\\';
+        out += c == '\n' ? std::string("\\n") : std::string(1, c);
+    }
+    return out;
+}
+
+std::string labels_text(const Labels& labels) {
+    std::string text;
+    for (const auto& [name, value] : labels)
+        text += fmt::format("{}{}=\"{}\"", text.empty() ? "" : ",", name, escaped(value));
+    return text.empty() ? text : "{" + text + "}";
+}
+
+Labels with(Labels labels, std::string_view name, std::string value) {
+    labels.emplace_back(name, std::move(value));
+    return labels;
+}
+
+std::string text_at(const Json& json, const char* pointer) {
+    const Pointer at(pointer);
+    return json.contains(at) && json[at].is_string() ? json[at].get<std::string>() : std::string();
+}
+
+/// Families in the order of their first sample, each with all of its samples, as the format wants them.
+class Exposition {
+public:
+    /// `type`: "counter", "gauge" or "histogram".
+    void declare(std::string_view name, std::string_view type, std::string_view help) {
+        for (const Family& family : families_)
+            if (family.name == name) return;
+        families_.push_back(
+            {std::string(name),
+             fmt::format("# HELP obscura_{0} {1}\n# TYPE obscura_{0} {2}\n", name, help, type),
+             {}});
+    }
+    void add(std::string_view family, std::string_view suffix, const Labels& labels, const Json& value) {
+        if (!value.is_number() && !value.is_boolean()) return;
+        const std::string number = value.is_boolean()        ? value.get<bool>() ? "1" : "0"
+                                   : value.is_number_float() ? fmt::format("{}", value.get<double>())
+                                                             : value.dump();
+        for (Family& one : families_)
+            if (one.name == family)
+                one.samples +=
+                    fmt::format("obscura_{}{}{} {}\n", family, suffix, labels_text(labels), number);
+    }
+    [[nodiscard]] std::string text() const {
+        std::string all;
+        for (const Family& family : families_)
+            if (!family.samples.empty()) all += family.head + family.samples;
+        return all;
+    }
+
+private:
+    struct Family {
+        std::string name, head, samples;
+    };
+    std::vector<Family> families_;
+};
+
+/// One number of a camera. Rows of one family stand together; their help is that of the first.
+struct CameraNumber {
+    std::string_view family, type, help;
+    std::string_view label, label_value; ///< empty: none
+    const char* pointer;                 ///< in the camera's object
+};
+
+constexpr std::array camera_numbers{
+    CameraNumber{"triggers_total", "counter", "Trigger edges while acquiring, by what became of them.",
+                 "outcome", "frame", "/camera/frames"},
+    CameraNumber{"triggers_total", "", "", "outcome", "missed", "/camera/missed_triggers"},
+    CameraNumber{"triggers_total", "", "", "outcome", "masked", "/camera/masked_triggers"},
+    CameraNumber{"triggers_total", "", "", "outcome", "dropped", "/camera/dropped"},
+    CameraNumber{"triggers_seen_total", "counter",
+                 "Trigger edges while acquiring, that in progress included.", "", "", "/camera/triggers"},
+    CameraNumber{"triggers_ignored_total", "counter",
+                 "Trigger edges while not acquiring, or from a source that is not selected.", "", "",
+                 "/camera/ignored"},
+    CameraNumber{"triggers_latched_total", "counter", "Trigger edges that waited for the camera.", "", "",
+                 "/camera/latched_triggers"},
+    CameraNumber{"triggers_refused_total", "counter", "Messages of the trigger source that were no triggers.",
+                 "", "", "/trigger/refused"},
+    CameraNumber{"frames_total", "counter", "Frames, by what became of them.", "outcome", "complete",
+                 "/camera/complete"},
+    CameraNumber{"frames_total", "", "", "outcome", "abandoned", "/camera/abandoned"},
+    CameraNumber{"frames_late_total", "counter", "Complete frames with rows that were not ready in time.", "",
+                 "", "/camera/late"},
+    CameraNumber{"rows_late_total", "counter", "Rows that were not ready in time.", "", "",
+                 "/camera/late_rows"},
+    CameraNumber{"frames_stalled_total", "counter",
+                 "Frames with rows that were ready in time and left more than a millisecond late.", "", "",
+                 "/camera/stalled"},
+    CameraNumber{"rows_stalled_total", "counter",
+                 "Rows that were ready in time and left more than a millisecond late.", "", "",
+                 "/camera/stalled_rows"},
+    CameraNumber{"frames_repeated_total", "counter", "Late frames replaced by the one before.", "", "",
+                 "/camera/repeated"},
+    CameraNumber{"frames_partial_total", "counter", "Late frames ended early.", "", "", "/camera/partial"},
+    CameraNumber{"frames_late_dropped_total", "counter", "Late frames that were not sent.", "", "",
+                 "/camera/late_dropped"},
+    CameraNumber{"frames_degraded_total", "counter", "Frames rendered below full quality to be in time.", "",
+                 "", "/camera/quality/degraded"},
+    CameraNumber{"frames_tiles_missing_total", "counter",
+                 "Frames with coarser cells of terrain than asked for, because tiles were missing.", "", "",
+                 "/camera/lod_deficit/frames"},
+    CameraNumber{"acquiring", "gauge", "1 while the acquisition runs.", "", "", "/acquiring"},
+    CameraNumber{"trigger_ready", "gauge", "1 while a trigger would be accepted.", "", "", "/trigger_ready"},
+    CameraNumber{"last_frame_id", "gauge", "Number of the last frame.", "", "", "/frame_id"},
+};
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> latencies{
+    {{"trigger_to_first_row", "From the trigger edge to the release of the first row."},
+     {"trigger_to_last_row", "From the trigger edge to the release of the last row."},
+     {"release_lateness", "From the time of a row that was ready to its release."}}};
+constexpr std::array clock_states{"free", "locked", "holdover", "lockstep"};
+
+struct ThreadFigures {
+    double cpu_s = 0;
+    int priority = 0;
+};
+
+/// Threads of one name together: their time, and the highest priority.
+std::map<std::string, ThreadFigures> by_name(const Json& threads) {
+    std::map<std::string, ThreadFigures> all;
+    for (const Json& thread : threads) {
+        ThreadFigures& one = all[thread.value("name", "")];
+        one.cpu_s += thread.value("cpu_s", 0.0);
+        one.priority = std::max(one.priority, thread.value("priority", 0));
+    }
+    return all;
+}
+
+void add_latencies(Exposition& out, const Labels& labels, const Json& camera) {
+    for (const auto& [name, help] : latencies) {
+        const std::string family = fmt::format("{}_seconds", name);
+        out.declare(family, "histogram", help);
+        const Pointer at(fmt::format("/latency_us/{}", name));
+        if (!camera.contains(at)) continue;
+        const Json& figures = camera[at];
+        if (!figures.contains("up_to") || figures["up_to"].size() != latency_bounds_us.size()) continue;
+        for (std::size_t k = 0; k < latency_bounds_us.size(); ++k)
+            out.add(family, "_bucket", with(labels, "le", fmt::format("{:g}", latency_bounds_us[k] * 1e-6)),
+                    figures["up_to"][k]);
+        out.add(family, "_bucket", with(labels, "le", "+Inf"), figures["count"]);
+        if (figures["sum"].is_number()) out.add(family, "_sum", labels, figures["sum"].get<double>() * 1e-6);
+        out.add(family, "_count", labels, figures["count"]);
+    }
+}
+
+void add_transports(Exposition& out, const Labels& labels, const Json& camera) {
+    out.declare("transport_frames_total", "counter",
+                "Frames that a transport was given, by what became of them.");
+    out.declare("transport_bytes_total", "counter", "Bytes of frames that a transport has sent.");
+    out.declare("transport_value", "gauge", "Further counters of a transport, named as in obscurad --stats.");
+    if (!camera.contains("transports")) return;
+    for (const auto& [kind, counters] : camera["transports"].items()) {
+        const Labels of = with(labels, "transport", kind);
+        for (const auto& [name, value] : counters.items()) {
+            if (name == "delivered" || name == "dropped")
+                out.add("transport_frames_total", "", with(of, "outcome", name), value);
+            else if (name == "bytes")
+                out.add("transport_bytes_total", "", of, value);
+            else if (name != "submitted")
+                out.add("transport_value", "", with(of, "counter", name), value);
+        }
+    }
+}
+
+void add_camera(Exposition& out, const Labels& labels, const Json& camera) {
+    out.declare("camera_info", "gauge", "1, with the address of the camera's control port.");
+    out.add("camera_info", "", with(labels, "address", text_at(camera, "/address")), 1);
+    out.declare("controlled", "gauge", "1 while a client controls the camera.");
+    out.add("controlled", "", labels, !text_at(camera, "/controller").empty());
+    out.declare("camera_bad", "gauge",
+                "1 while the verdict on the last minute is that something is not good.");
+    out.add("camera_bad", "", labels, text_at(camera, "/verdict/health") == "bad");
+    for (const CameraNumber& row : camera_numbers) {
+        if (!row.type.empty()) out.declare(row.family, row.type, row.help);
+        if (const Pointer at(row.pointer); camera.contains(at))
+            out.add(row.family, "",
+                    row.label.empty() ? labels : with(labels, row.label, std::string(row.label_value)),
+                    camera[at]);
+    }
+    out.declare("triggers_missed_total", "counter", "Missed trigger edges, by reason.");
+    if (const Pointer at("/camera/missed_because"); camera.contains(at))
+        for (const auto& [reason, count] : camera[at].items())
+            out.add("triggers_missed_total", "", with(labels, "reason", reason), count);
+    out.declare("clock_state", "gauge", "1 for the state that the clock of the trigger source is in.");
+    for (const char* state : clock_states)
+        out.add("clock_state", "", with(labels, "state", state), text_at(camera, "/clock/state") == state);
+    add_latencies(out, labels, camera);
+    add_transports(out, labels, camera);
+}
+
+} // namespace
+
+std::string metrics_text(std::span<const Json> states) {
+    Exposition out;
+    for (const Json& state : states) {
+        const Labels daemon{{"config", text_at(state, "/daemon/config")}};
+        out.declare("build_info", "gauge", "1, with the version of the daemon.");
+        out.add("build_info", "", with(daemon, "version", text_at(state, "/daemon/version")), 1);
+        const auto number = [&](std::string_view family, std::string_view type, std::string_view help,
+                                const char* pointer) {
+            out.declare(family, type, help);
+            if (const Pointer at(pointer); state.contains(at)) out.add(family, "", daemon, state[at]);
+        };
+        number("up_seconds", "gauge", "Time since the daemon's start.", "/daemon/up_s");
+        out.declare("resident_bytes", "gauge", "Memory of the daemon.");
+        if (const Pointer at("/daemon/resident_mib"); state.contains(at) && state[at].is_number())
+            out.add("resident_bytes", "", daemon, std::llround(state[at].get<double>() * (1 << 20)));
+        number("log_lost_total", "counter", "Log messages of real-time threads that found no room.",
+               "/daemon/log_lost");
+        out.declare("thread_cpu_seconds_total", "counter", "Processor time of a thread.");
+        out.declare("thread_priority", "gauge",
+                    "Priority of a thread of class fifo or rr; 0: ordinary scheduling.");
+        if (state.contains("threads"))
+            for (const auto& [name, thread] : by_name(state["threads"])) {
+                out.add("thread_cpu_seconds_total", "", with(daemon, "thread", name), thread.cpu_s);
+                out.add("thread_priority", "", with(daemon, "thread", name), thread.priority);
+            }
+        if (state.contains("cameras"))
+            for (std::size_t k = 0; k < state["cameras"].size(); ++k)
+                add_camera(out, with(daemon, "camera", std::to_string(k)), state["cameras"][k]);
+    }
+    return out.text();
+}
+
+} // namespace obscura::tools
