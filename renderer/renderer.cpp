@@ -1621,6 +1621,18 @@ std::uint64_t Renderer::tiles_made() const noexcept {
     return made;
 }
 
+std::vector<Renderer::TerrainTiles> Renderer::terrain_tiles() const {
+    std::vector<TerrainTiles> out;
+    for (const SurfaceTiles* const tiles : impl_->terrains) {
+        const auto body = std::find_if(impl_->bodies.begin(), impl_->bodies.end(),
+                                       [&](const BuiltBody& b) { return b.shape->tiles() == tiles; });
+        const SurfaceTiles::Usage usage = tiles->usage();
+        const auto number = static_cast<std::size_t>(body - impl_->bodies.begin());
+        out.push_back({impl_->scene.bodies[number].name, usage.made, usage.slots});
+    }
+    return out;
+}
+
 bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                       const std::atomic<bool>* cancel) const {
     const UnderWay counted(impl_->under_way);

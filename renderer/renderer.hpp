@@ -247,6 +247,12 @@ public:
     bool load_tiles(const RenderRequest& request, const std::function<bool(double share)>& go_on) const;
     /// Tiles of terrains made so far, and visibilities of the Sun in them, those replaced since included.
     [[nodiscard]] std::uint64_t tiles_made() const noexcept;
+    /// Of each terrain: a body that has it, tiles made so far, and how many there is room for.
+    struct TerrainTiles {
+        std::string body;
+        std::uint64_t made = 0, slots = 0;
+    };
+    [[nodiscard]] std::vector<TerrainTiles> terrain_tiles() const;
 
     /// Fills `aovs` (aov_count x rows x window.width floats, in the order of Aov) with the geometry at the
     /// rows' times; where no body is, `body` is 0 and all else NaN. Returns as render().

@@ -307,6 +307,27 @@ TEST_CASE("render and capture warn before they begin, and stop there with --stri
     CHECK(run(folder, {"capture", config, "-o", frames, "--strict"}).status == 1);
 }
 
+TEST_CASE("render warns where a frame needs more tiles than there is room for") {
+    const TempFolder folder;
+    const std::string scene = with(
+        sound_scene,
+        {{stars, ""},
+         {sphere, "shape = \"planet\"\nradii_m = [500, 500, 500]\ntile_memory_mib = 128\ncell_px = 0.1\n"},
+         {"width = 128\nheight = 96", "width = 256\nheight = 256"},
+         {"focal_length_mm = 3", "focal_length_mm = 30"}});
+    write_scene(folder, scene);
+    const std::string picture = folder.path() / "picture.fits";
+    const auto rendered = [&](const char* samples) {
+        return run(folder,
+                   {"render", folder.path() / "scene.toml", "-o", picture, "--samples", samples, "--json"});
+    };
+    const Answer crowded = rendered("4");
+    CHECK(oddities(crowded.json()["plausibility"]) == std::set<std::string>{"tile_memory"});
+    CHECK_THAT(crowded.err, ContainsSubstring("tiles of the surface of ball, and there is room for"));
+    write_scene(folder, with(scene, {{"cell_px = 0.1", "cell_px = 1"}}));
+    CHECK(oddities(rendered("4").json()["plausibility"]).empty());
+}
+
 TEST_CASE("the shipped configurations and scenes are free of oddities") {
     const TempFolder folder;
     for (const char* file : {"demo.toml", "realtime.toml", "scenes/demo.toml", "scenes/realtime.toml"}) {

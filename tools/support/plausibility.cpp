@@ -280,6 +280,14 @@ void Plausibility::add_light(double brightest, std::string_view unit, double row
     judge_light(brightest, rows_share);
 }
 
+void Plausibility::judge_tiles(std::string_view body, std::uint64_t made, std::uint64_t slots) {
+    add("tile_memory",
+        fmt::format(
+            "a frame made {} tiles of the surface of {}, and there is room for {}: they push each other out "
+            "and are made again and again. Try a tile_memory_mib some times as large, or a larger cell_px",
+            made, body, slots));
+}
+
 void Plausibility::add_times(const TimeFigures& times) {
     times_ = times;
     // Rounding of rates to nanoseconds is not worth a word.

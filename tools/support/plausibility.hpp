@@ -60,6 +60,8 @@ public:
     /// add_light() adds it to the figures, too.
     void judge_light(double brightest, double rows_share);
     void add_light(double brightest, std::string_view unit, double rows_share);
+    /// A frame made `made` tiles of the terrain of `body` where there is room for `slots`.
+    void judge_tiles(std::string_view body, std::uint64_t made, std::uint64_t slots);
     void add_times(const TimeFigures& times);
     void add_rendering(const RenderFigures& rendering);
 

@@ -52,7 +52,9 @@ bool SceneFrames::render(double budget_s, const std::function<void(std::int32_t 
     // Passes use distinct frame ids, so that no two passes or frames share random numbers.
     constexpr std::uint64_t pass_stride = std::uint64_t{1} << 24;
     passes_ = 0;
+    const std::vector<renderer::Renderer::TerrainTiles> before = renderer_.terrain_tiles();
     if (!render_pass(number_, rows_done)) return false;
+    note_crowded_tiles(before);
     passes_ = 1;
     if (budget_s <= 0) {
         sum_squares();
@@ -75,6 +77,15 @@ bool SceneFrames::render(double budget_s, const std::function<void(std::int32_t 
                    [this](double v) { return static_cast<float>(v / static_cast<double>(passes_)); });
     sum_squares();
     return true;
+}
+
+void SceneFrames::note_crowded_tiles(std::span<const renderer::Renderer::TerrainTiles> before) {
+    const std::vector<renderer::Renderer::TerrainTiles> after = renderer_.terrain_tiles();
+    for (std::size_t k = 0; k < after.size(); ++k) {
+        renderer::Renderer::TerrainTiles frame = after[k];
+        frame.made -= before[k].made;
+        if (frame.made > std::max(frame.slots, crowded_ ? crowded_->made : 0)) crowded_ = frame;
+    }
 }
 
 bool SceneFrames::render_pass(std::uint64_t frame_id,

@@ -55,6 +55,11 @@ public:
     [[nodiscard]] std::uint64_t passes() const noexcept { return passes_; }
     /// Estimated noise, rms over the rms of the lit pixels; 0: no body was sampled.
     [[nodiscard]] double noise_rms() const;
+    /// A terrain of which one frame made more tiles than there is room for, with those of that frame, the
+    /// most of all frames. None: no frame lost tiles that it may still have needed.
+    [[nodiscard]] const std::optional<renderer::Renderer::TerrainTiles>& crowded_tiles() const noexcept {
+        return crowded_;
+    }
     /// AOVs, samples and variance with their units; empty without trace_aovs().
     [[nodiscard]] std::vector<images::FitsPlane> layers() const;
 
@@ -66,6 +71,7 @@ private:
     [[nodiscard]] images::Cards cards() const;
     [[nodiscard]] images::Cards velocity_cards() const;
     void sum_squares();
+    void note_crowded_tiles(std::span<const renderer::Renderer::TerrainTiles> before);
 
     RenderOptions options_;
     std::optional<renderer::ScenePoses> poses_; ///< with aberration, for the camera's velocity
@@ -80,6 +86,7 @@ private:
     std::vector<float> image_;
     bool with_aovs_ = false;
     double noise2_ = 0, lit2_ = 0; ///< see sum_squares()
+    std::optional<renderer::Renderer::TerrainTiles> crowded_;
     std::vector<float> aov_values_, samples_, variance_, band_, band_samples_, band_variance_;
 };
 

@@ -176,6 +176,8 @@ public:
                        fmt::format("{:.2g} % rms of the lit pixels (estimated)", 100 * noise), noise);
         // The light of a window, or of the last frame of many, says nothing about the camera.
         if (options_.window.empty() && sequenced.size() == 1 && written == 1) view.judge_light(brightest, 1);
+        if (const auto& crowded = frames.crowded_tiles())
+            view.judge_tiles(crowded->body, crowded->made, crowded->slots);
         view.add_to(report);
         report.print(json_);
         view.warn("render");
