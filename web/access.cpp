@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web/access.hpp"
+
+#include "core/error.hpp"
+#include "tools/batch/sha256.hpp"
+
+#include <fmt/format.h>
+#include <openssl/crypto.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace obscura::web {
+namespace {
+
+std::string lower(std::string_view text) {
+    std::string out(text);
+    for (char& c : out)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return out;
+}
+
+} // namespace
+
+Tokens Tokens::read(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    if (!in) throw InputError(fmt::format("{}: {}", file.string(), std::strerror(errno)));
+    Tokens tokens;
+    std::string text;
+    for (std::size_t number = 1; std::getline(in, text); ++number) {
+        if (text.empty() || text.front() == '#') continue;
+        std::istringstream words(text);
+        std::string role, hash, more;
+        words >> role >> hash >> more;
+        const std::optional<Role> known = enum_named<Role>(role);
+        if (!known || !tools::is_sha256(hash) || !more.empty())
+            throw InputError(
+                fmt::format("{}:{}: a line is a role (viewer, operator or admin) and 64 hexadecimal digits, "
+                            "as obscura-web --new-token writes it",
+                            file.string(), number));
+        tokens.hashes_.emplace_back(hash, *known);
+    }
+    return tokens;
+}
+
+std::string Tokens::make() {
+    static constexpr std::string_view digits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+    std::array<unsigned char, 32> bytes{};
+    if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+        throw HardwareError(fmt::format("random numbers: {}", std::strerror(errno)));
+    std::string token;
+    for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += 6) {
+        const unsigned first = bytes[bit / 8], second = bit / 8 + 1 < bytes.size() ? bytes[bit / 8 + 1] : 0u;
+        token += digits[(first << 8 | second) >> (10 - bit % 8) & 63u];
+    }
+    return token;
+}
+
+std::string Tokens::line(Role role, std::string_view token) {
+    return fmt::format("{} {}", name_of(role), tools::sha256_of(token));
+}
+
+void Tokens::add(Role role, std::string_view token) {
+    hashes_.emplace_back(tools::sha256_of(token), role);
+}
+
+std::optional<Role> Tokens::role_of(std::string_view token) const {
+    const std::string hash = tools::sha256_of(token);
+    std::optional<Role> found;
+    for (const auto& [known, role] : hashes_)
+        if (CRYPTO_memcmp(known.data(), hash.data(), hash.size()) == 0) found = role;
+    return found;
+}
+
+void WrongTokens::note(const std::string& address, Clock::time_point now) {
+    if (!times_.contains(address) && times_.size() >= most_addresses)
+        times_.erase(std::min_element(times_.begin(), times_.end(), [](const auto& a, const auto& b) {
+            return a.second.back() < b.second.back();
+        }));
+    std::vector<Clock::time_point>& times = times_[address];
+    if (times.size() >= most) times.erase(times.begin());
+    times.push_back(now);
+}
+
+bool WrongTokens::too_many(const std::string& address, Clock::time_point now) const {
+    const auto found = times_.find(address);
+    return found != times_.end() && found->second.size() >= most && now - found->second.front() < window;
+}
+
+OwnNames::OwnNames(const std::vector<std::string>& names, std::uint16_t port) {
+    const auto add = [&](std::string_view name) {
+        hosts_.push_back(fmt::format("{}:{}", lower(name), port));
+        if (port == 80) hosts_.push_back(lower(name));
+    };
+    for (const char* own : {"localhost", "127.0.0.1", "[::1]"})
+        add(own);
+    for (const std::string& name : names)
+        add(name);
+}
+
+bool OwnNames::allows_host(std::string_view host) const {
+    return std::find(hosts_.begin(), hosts_.end(), lower(host)) != hosts_.end();
+}
+
+bool OwnNames::allows_origin(std::string_view origin) const {
+    constexpr std::string_view scheme = "http://";
+    return origin.starts_with(scheme) && allows_host(origin.substr(scheme.size()));
+}
+
+} // namespace obscura::web

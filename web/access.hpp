@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who may ask: bearer tokens with roles, names of this server, and addresses that guess tokens.
+#pragma once
+
+#include "core/enum_names.hpp"
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace obscura::web {
+
+/// What a token allows, each with those before it.
+enum class Role : std::uint8_t {
+    viewer,  ///< read
+    control, ///< change cameras and scenes
+    admin,   ///< all of it, and what stays
+};
+constexpr auto enum_names(Role /*type*/) {
+    return std::array{EnumName{Role::viewer, "viewer"}, EnumName{Role::control, "operator"},
+                      EnumName{Role::admin, "admin"}};
+}
+
+/// Tokens that the server knows, as SHA-256 of each: the file that keeps them gives none away.
+class Tokens {
+public:
+    Tokens() = default;
+    /// Reads lines "ROLE SHA256"; "#" begins a comment. Throws InputError with file, line and what is
+    /// allowed.
+    [[nodiscard]] static Tokens read(const std::filesystem::path& file);
+    /// A new one: 32 random bytes in 43 characters of base64url. Throws HardwareError.
+    [[nodiscard]] static std::string make();
+    /// The line of a token in such a file, without its end.
+    [[nodiscard]] static std::string line(Role role, std::string_view token);
+
+    void add(Role role, std::string_view token);
+    /// Takes as long whether a token is known or not, and which it is.
+    [[nodiscard]] std::optional<Role> role_of(std::string_view token) const;
+
+private:
+    std::vector<std::pair<std::string, Role>> hashes_;
+};
+
+/// Counts wrong tokens by address, and refuses those of which too many came within a minute.
+class WrongTokens {
+public:
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::size_t most = 5;
+    static constexpr std::chrono::seconds window{60};
+    /// Addresses that are kept; of more the oldest go.
+    static constexpr std::size_t most_addresses = 1024;
+
+    void note(const std::string& address, Clock::time_point now);
+    [[nodiscard]] bool too_many(const std::string& address, Clock::time_point now) const;
+
+private:
+    std::map<std::string, std::vector<Clock::time_point>> times_;
+};
+
+/// Names by which browsers and programs may call this server. A page of another site whose name has been
+/// pointed at this machine (DNS rebinding) sends another one.
+class OwnNames {
+public:
+    /// `names`: "bench.example.org"; localhost, 127.0.0.1 and [::1] are always allowed. `port`: of the
+    /// listener.
+    OwnNames(const std::vector<std::string>& names, std::uint16_t port);
+    /// `host`: header Host, as it stands.
+    [[nodiscard]] bool allows_host(std::string_view host) const;
+    /// `origin`: header Origin; a request without one does not come from a page.
+    [[nodiscard]] bool allows_origin(std::string_view origin) const;
+
+private:
+    std::vector<std::string> hosts_;
+};
+
+} // namespace obscura::web

@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web/http_server.hpp"
+
+#include "core/error.hpp"
+
+// Asio of Boost 1.74 needs it included before.
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace obscura::web {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using ErrorCode = beast::error_code;
+
+constexpr std::chrono::milliseconds stream_period{200};
+constexpr std::chrono::seconds stream_silence{15}; ///< after which a comment shows that the server lives
+constexpr std::size_t most_events_at_once = 64;
+
+constexpr std::array<std::pair<const char*, const char*>, 6> headers_of_all{{
+    {"Content-Security-Policy",
+     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self'; base-uri "
+     "'none'; form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'"},
+    {"X-Content-Type-Options", "nosniff"},
+    {"X-Frame-Options", "DENY"},
+    {"Referrer-Policy", "no-referrer"},
+    {"Cross-Origin-Resource-Policy", "same-origin"},
+    {"Cache-Control", "no-store"},
+}};
+
+tcp::endpoint endpoint_of(const std::string& address) {
+    const std::size_t colon = address.rfind(':');
+    const auto refuse = [&] {
+        throw InputError(fmt::format(
+            "\"{}\": an address and a port are allowed, like 127.0.0.1:8420 or [::1]:8420", address));
+    };
+    if (colon == std::string::npos) refuse();
+    std::string host = address.substr(0, colon);
+    if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+    ErrorCode error;
+    const asio::ip::address ip = asio::ip::make_address(host, error);
+    std::uint16_t port = 0;
+    const char* const end = address.data() + address.size();
+    const auto [stop, bad] = std::from_chars(address.data() + colon + 1, end, port);
+    if (error || bad != std::errc{} || stop != end) refuse();
+    return {ip, port};
+}
+
+/// What the connections share; all of it on the server's thread.
+struct Shared {
+    const HttpLimits& limits;
+    Routes& routes;
+    const DaemonWatch& watch;
+    std::size_t connections = 0, streams = 0;
+    std::map<std::string, std::size_t> of_address{};
+};
+
+/// One connection, kept alive by its pending operation.
+class Connection : public std::enable_shared_from_this<Connection> {
+public:
+    Connection(tcp::socket socket, Shared& shared, std::string address, bool only_health)
+        : stream_(std::move(socket)),
+          timer_(stream_.get_executor()),
+          shared_(shared),
+          address_(std::move(address)),
+          only_health_(only_health) {
+        ++shared_.connections;
+        ++shared_.of_address[address_];
+    }
+    ~Connection() {
+        --shared_.connections;
+        if (--shared_.of_address[address_] == 0) shared_.of_address.erase(address_);
+        if (streaming_) --shared_.streams;
+    }
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+
+    /// Waits for the first bytes of a request.
+    void begin() {
+        parser_.emplace();
+        parser_->header_limit(shared_.limits.header_bytes);
+        parser_->body_limit(shared_.limits.body_bytes);
+        if (buffer_.size() > 0) {
+            read_header();
+            return;
+        }
+        stream_.expires_after(shared_.limits.idle_ms);
+        stream_.async_read_some(buffer_.prepare(2048),
+                                [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
+                                    if (error) return;
+                                    self->buffer_.commit(bytes);
+                                    self->read_header();
+                                });
+    }
+
+private:
+    void read_header() {
+        stream_.expires_after(shared_.limits.header_ms);
+        http::async_read_header(stream_, buffer_, *parser_,
+                                [self = shared_from_this()](ErrorCode error, std::size_t) {
+                                    if (error)
+                                        self->refuse(error);
+                                    else
+                                        self->read_body();
+                                });
+    }
+
+    void read_body() {
+        stream_.expires_after(shared_.limits.body_ms);
+        http::async_read(stream_, buffer_, *parser_,
+                         [self = shared_from_this()](ErrorCode error, std::size_t) {
+                             if (error)
+                                 self->refuse(error);
+                             else
+                                 self->answer();
+                         });
+    }
+
+    /// A request that cannot be read: what follows it is not where the next one begins.
+    void refuse(ErrorCode error) {
+        if (error.category() != http::make_error_code(http::error::bad_field).category() ||
+            error == http::error::end_of_stream || error == http::error::partial_message)
+            return;
+        Response response;
+        response.status = error == http::error::header_limit ? 431
+                          : error == http::error::body_limit ? 413
+                                                             : 400;
+        response.type = "text/plain; charset=utf-8";
+        response.body = error.message() + "\n";
+        send(std::move(response), 11, false, false);
+    }
+
+    void answer() {
+        const auto& message = parser_->get();
+        const auto value = [&](http::field name) {
+            const auto found = message[name];
+            return std::string_view(found.data(), found.size());
+        };
+        Request request;
+        request.method = {message.method_string().data(), message.method_string().size()};
+        request.target = {message.target().data(), message.target().size()};
+        request.has_host = message.count(http::field::host) == 1;
+        request.host = value(http::field::host);
+        request.has_origin = message.count(http::field::origin) > 0;
+        request.origin = value(http::field::origin);
+        constexpr std::string_view scheme = "Bearer ";
+        if (const std::string_view given = value(http::field::authorization); given.starts_with(scheme))
+            request.bearer = given.substr(scheme.size());
+        request.address = address_;
+        Response response;
+        if (only_health_ && request.target != "/livez") {
+            response.status = 503;
+            response.type = "text/plain; charset=utf-8";
+            response.body = "too many connections\n";
+        } else {
+            response = shared_.routes.answer(request);
+        }
+        const bool head = message.method() == http::verb::head;
+        const unsigned version = message.version();
+        const bool keep_alive = message.keep_alive() && !only_health_;
+        if (response.stream_after && !head) {
+            if (shared_.streams >= shared_.limits.streams) {
+                response = {};
+                response.status = 503;
+                response.type = "text/plain; charset=utf-8";
+                response.body = "too many streams\n";
+            } else {
+                begin_stream(std::move(response), version);
+                return;
+            }
+        }
+        send(std::move(response), version, keep_alive, head);
+    }
+
+    template<typename Body>
+    static void set_headers(http::response<Body>& out, const Response& response) {
+        for (const auto& [name, text] : headers_of_all)
+            out.set(name, text);
+        for (const auto& [name, text] : response.headers)
+            out.set(name, text);
+        out.set(http::field::content_type, response.type);
+    }
+
+    void send(Response response, unsigned version, bool keep_alive, bool head) {
+        const auto out = std::make_shared<http::response<http::string_body>>(
+            static_cast<http::status>(response.status), version);
+        set_headers(*out, response);
+        out->keep_alive(keep_alive);
+        out->body() = std::move(response.body);
+        out->prepare_payload();
+        if (head) out->body().clear();
+        stream_.expires_after(shared_.limits.write_ms);
+        const auto done = [self = shared_from_this(), out, keep_alive](ErrorCode error, std::size_t) {
+            if (error) return;
+            if (keep_alive)
+                self->begin();
+            else
+                self->close();
+        };
+        if (head) {
+            const auto serializer = std::make_shared<http::response_serializer<http::string_body>>(*out);
+            http::async_write_header(
+                stream_, *serializer,
+                [done, serializer](ErrorCode error, std::size_t bytes) { done(error, bytes); });
+        } else {
+            http::async_write(stream_, *out, done);
+        }
+    }
+
+    void begin_stream(Response response, unsigned version) {
+        streaming_ = true;
+        ++shared_.streams;
+        after_ = *response.stream_after;
+        const auto out = std::make_shared<http::response<http::empty_body>>(http::status::ok, version);
+        set_headers(*out, response);
+        out->chunked(version >= 11);
+        out->keep_alive(false);
+        chunked_ = out->chunked();
+        const auto serializer = std::make_shared<http::response_serializer<http::empty_body>>(*out);
+        stream_.expires_after(shared_.limits.write_ms);
+        http::async_write_header(stream_, *serializer,
+                                 [self = shared_from_this(), out, serializer](ErrorCode error, std::size_t) {
+                                     if (!error) self->go_on();
+                                 });
+    }
+
+    /// Sends the events that have come, or looks again in a while.
+    void go_on() {
+        text_.clear();
+        for (const WatchedEvent& event : shared_.watch.events(after_, most_events_at_once)) {
+            text_ += Routes::event_text(event);
+            after_ = event.id;
+        }
+        const auto now = std::chrono::steady_clock::now();
+        if (text_.empty() && now - sent_ < stream_silence) {
+            timer_.expires_after(stream_period);
+            timer_.async_wait([self = shared_from_this()](ErrorCode error) {
+                if (!error) self->go_on();
+            });
+            return;
+        }
+        if (text_.empty()) text_ = ": \n\n";
+        sent_ = now;
+        stream_.expires_after(shared_.limits.write_ms);
+        const auto done = [self = shared_from_this()](ErrorCode error, std::size_t) {
+            if (error) return;
+            self->stream_.expires_never();
+            self->go_on();
+        };
+        if (chunked_)
+            asio::async_write(stream_, http::make_chunk(asio::buffer(text_)), done);
+        else
+            asio::async_write(stream_, asio::buffer(text_), done);
+    }
+
+    void close() {
+        ErrorCode ignored;
+        stream_.socket().shutdown(tcp::socket::shutdown_both, ignored);
+    }
+
+    beast::tcp_stream stream_;
+    asio::steady_timer timer_;
+    Shared& shared_;
+    const std::string address_;
+    const bool only_health_;
+    beast::flat_static_buffer<16384> buffer_;
+    std::optional<http::request_parser<http::string_body>> parser_;
+    bool streaming_ = false, chunked_ = true;
+    std::uint64_t after_ = 0;
+    std::string text_;
+    std::chrono::steady_clock::time_point sent_ = std::chrono::steady_clock::now();
+};
+
+} // namespace
+
+bool is_loopback(const std::string& address) {
+    return endpoint_of(address).address().is_loopback();
+}
+
+class HttpServer::Impl {
+public:
+    Impl(const HttpLimits& limits, const std::string& address)
+        : limits_(limits), acceptor_(io_), timer_(io_) {
+        const tcp::endpoint endpoint = endpoint_of(address);
+        ErrorCode error;
+        const auto refuse = [&] {
+            if (error) throw HardwareError(fmt::format("{}: {}", address, error.message()));
+        };
+        acceptor_.open(endpoint.protocol(), error);
+        refuse();
+        acceptor_.set_option(asio::socket_base::reuse_address(true), error);
+        refuse();
+        acceptor_.bind(endpoint, error);
+        refuse();
+        acceptor_.listen(asio::socket_base::max_listen_connections, error);
+        refuse();
+    }
+
+    [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+
+    void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {
+        shared_.emplace(Shared{limits_, routes, watch});
+        accept();
+        look(stopped);
+        io_.run();
+    }
+
+private:
+    void accept() {
+        acceptor_.async_accept([this](ErrorCode error, tcp::socket socket) {
+            if (error == asio::error::operation_aborted) return;
+            if (!error) take(std::move(socket));
+            accept();
+        });
+    }
+
+    void take(tcp::socket socket) {
+        ErrorCode error;
+        const tcp::endpoint peer = socket.remote_endpoint(error);
+        if (error) return;
+        socket.set_option(tcp::no_delay(true), error);
+        std::string address = peer.address().to_string();
+        const auto same = shared_->of_address.find(address);
+        const std::size_t of_same = same == shared_->of_address.end() ? 0 : same->second;
+        const bool full = shared_->connections >= limits_.connections || of_same >= limits_.of_one_address;
+        if (shared_->connections >= limits_.connections + limits_.for_health ||
+            of_same >= limits_.of_one_address + limits_.for_health)
+            return; // closes it
+        std::make_shared<Connection>(std::move(socket), *shared_, std::move(address), full)->begin();
+    }
+
+    void look(const std::function<bool()>& stopped) {
+        timer_.expires_after(std::chrono::milliseconds(200));
+        timer_.async_wait([this, &stopped](ErrorCode) {
+            if (stopped())
+                io_.stop();
+            else
+                look(stopped);
+        });
+    }
+
+    const HttpLimits limits_;
+    std::optional<Shared> shared_; ///< outlives the connections, which operations of io_ keep alive
+    asio::io_context io_{1};
+    tcp::acceptor acceptor_;
+    asio::steady_timer timer_;
+};
+
+HttpServer::HttpServer(const HttpLimits& limits, const std::string& address)
+    : impl_(std::make_unique<Impl>(limits, address)) {}
+HttpServer::~HttpServer() = default;
+
+std::uint16_t HttpServer::port() const {
+    return impl_->port();
+}
+
+void HttpServer::run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {
+    impl_->run(routes, watch, stopped);
+}
+
+} // namespace obscura::web

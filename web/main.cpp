@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Main program obscura-web: page, metrics and events of the daemons of this machine over HTTP.
+#include "core/error.hpp"
+#include "core/terminal_text.hpp"
+#include "emulator/service_notify.hpp"
+#include "tools/support/command_line.hpp"
+#include "tools/support/interrupt.hpp"
+#include "web/daemon_watch.hpp"
+#include "web/http_server.hpp"
+#include "web/routes.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#ifndef OBSCURA_VERSION
+#error "OBSCURA_VERSION comes from the build"
+#endif
+
+namespace {
+
+using namespace obscura;
+using namespace obscura::web;
+
+struct Options {
+    std::string address = "127.0.0.1:8420", tokens, new_token, socket;
+    std::vector<std::string> hosts;
+    bool insecure = false, version = false;
+};
+
+tools::CommandLine declare(Options& options) {
+    tools::CommandLine line;
+    line.program = "";
+    line.summary = "serves page, metrics and events of the cameras of this machine over HTTP";
+    line.description = "Asks every daemon of this machine that this user may ask twice a second through its "
+                       "monitor socket and "
+                       "shows a page, metrics for Prometheus and the log. Nothing can be changed through it. "
+                       "It listens at the "
+                       "loopback interface; who asks needs a token, which is part of the link that is "
+                       "printed. With --tokens FILE "
+                       "the tokens are those of the file, of which it holds the hashes only; otherwise one "
+                       "is made for this run.";
+    line.option("--listen", &options.address, "ADDRESS:PORT", "Listen here; port 0: any free one");
+    line.option("--host", &options.hosts, "NAME",
+                "Further name by which browsers may call this server; may be given several times");
+    line.option("--tokens", &options.tokens, "FILE", "File of tokens, a line each: ROLE SHA256");
+    line.option("--new-token", &options.new_token, "ROLE",
+                "Make a token, add it to the file of --tokens, print its link and end")
+        .choices = {"viewer", "operator", "admin"};
+    line.option("--socket", &options.socket, "PATH",
+                "Ask the daemon with this socket (its monitor.socket) only");
+    line.flag("--insecure", options.insecure,
+              "Allow an address that is not of the loopback interface: tokens and pictures cross the network "
+              "unencrypted");
+    line.flag("--version", options.version, "Print the version and end");
+    line.examples = {"obscura-web", "obscura-web --tokens tokens --new-token viewer",
+                     "curl -H \"Authorization: Bearer $TOKEN\" http://127.0.0.1:8420/metrics"};
+    return line;
+}
+
+std::string link(const std::string& host, const std::string& token) {
+    // What stands after "#" stays in the browser.
+    return fmt::format("http://{}/#token={}", host, token);
+}
+
+int make_token(const Options& options) {
+    if (options.tokens.empty()) throw tools::UsageError("obscura-web: --new-token: --tokens FILE is wanted");
+    const std::string token = Tokens::make();
+    const mode_t before = ::umask(027);
+    std::ofstream out(options.tokens, std::ios::app);
+    ::umask(before);
+    out << Tokens::line(*enum_named<Role>(options.new_token), token) << '\n';
+    out.close();
+    if (!out) throw OutputError(fmt::format("{}: {}", options.tokens, std::strerror(errno)));
+    fmt::print("{}\n", link(options.address, token));
+    return exit_ok;
+}
+
+int serve(const Options& options) {
+    if (!is_loopback(options.address) && !options.insecure)
+        throw ConfigError(
+            fmt::format("obscura-web: --listen {}: not of the loopback interface: tokens would cross "
+                        "the network unencrypted. Use a tunnel (ssh -L 8420:127.0.0.1:8420 HOST), a "
+                        "proxy with TLS on this machine, or --insecure",
+                        options.address));
+    Tokens tokens;
+    std::string token;
+    if (options.tokens.empty()) {
+        token = Tokens::make();
+        tokens.add(Role::viewer, token);
+    } else {
+        tokens = Tokens::read(options.tokens);
+    }
+    HttpServer server(HttpLimits{}, options.address);
+    const std::string host =
+        fmt::format("{}:{}", options.address.substr(0, options.address.rfind(':')), server.port());
+    const DaemonWatch watch(options.socket, std::chrono::milliseconds(500));
+    Routes routes({tokens, OwnNames(options.hosts, server.port()), OBSCURA_VERSION}, watch);
+    fmt::print("{}\n", token.empty() ? fmt::format("http://{}/", host) : link(host, token));
+    std::fflush(stdout);
+    emulator::notify_service_manager("READY=1");
+    server.run(routes, watch, [] { return tools::interrupted(); });
+    emulator::notify_service_manager("STOPPING=1");
+    return exit_ok;
+}
+
+int run(const std::vector<std::string>& arguments) {
+    Options options;
+    if (!declare(options).parse("obscura-web", arguments)) return exit_ok;
+    if (options.version) {
+        fmt::print("obscura-web {}\n", OBSCURA_VERSION);
+        return exit_ok;
+    }
+    if (!options.new_token.empty()) return make_token(options);
+    tools::catch_interrupts();
+    return serve(options);
+}
+
+} // namespace
+
+int main(int argc, char* argv[]) {
+    try {
+        return run(std::vector<std::string>(argv + 1, argv + argc));
+    } catch (const Error& error) {
+        fmt::print(stderr, "{}\n", for_terminal(error.what()));
+        return error.status();
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "obscura-web: internal error: {}\n", for_terminal(error.what()));
+        return exit_software;
+    }
+}

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+# Writes OUTPUT, a C++ file with the content of each of FILES.
+set(text "// Made by page_bytes.cmake.\n#include \"web/page_files.hpp\"\n\nnamespace obscura::web {\nnamespace {\n")
+set(rows "")
+set(number 0)
+foreach(file IN LISTS FILES)
+    file(READ "${file}" bytes HEX)
+    string(REGEX REPLACE "(..)" "'\\\\x\\1'," bytes "${bytes}")
+    get_filename_component(name "${file}" NAME)
+    string(APPEND text "constexpr char file_${number}[] = {${bytes}};\n")
+    string(APPEND rows "    if (name == \"${name}\") return {file_${number}, sizeof file_${number}};\n")
+    math(EXPR number "${number} + 1")
+endforeach()
+string(APPEND text "} // namespace\n\nstd::string_view page_file(std::string_view name) {\n${rows}    return {};\n}\n\n} // namespace obscura::web\n")
+file(WRITE "${OUTPUT}" "${text}")
