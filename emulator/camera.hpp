@@ -59,11 +59,11 @@ struct CameraCounters {
     std::uint64_t masked_triggers = 0;   ///< edges before the camera was ready, under OverTrigger::ignore
     std::uint64_t latched_triggers = 0;  ///< edges that became frames after waiting for the camera
     std::uint64_t ignored = 0;           ///< edges while not acquiring, or from a source not selected
-    std::uint64_t dropped = 0;          ///< pool empty, or no transport took the frame
-    LodCounters lod;                    ///< frames with tiles missing
-    std::uint64_t frames = 0;           ///< frames passed to at least one transport
-    std::uint64_t complete = 0;         ///< frames with all rows released
-    std::uint64_t late = 0;             ///< complete frames with rows that were not ready in time
+    std::uint64_t dropped = 0;           ///< pool empty, or no transport took the frame
+    LodCounters lod;                     ///< frames with tiles missing
+    std::uint64_t frames = 0;            ///< frames passed to at least one transport
+    std::uint64_t complete = 0;          ///< frames with all rows released
+    std::uint64_t late = 0;              ///< complete frames with rows that were not ready in time
     std::uint64_t late_rows = 0;
     std::uint64_t stalled = 0, stalled_rows = 0; ///< see ReleaseCounters
     std::uint64_t abandoned = 0;    ///< frames with rows missing: aborted, or abandoned as too late

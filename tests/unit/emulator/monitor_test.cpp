@@ -254,6 +254,7 @@ TEST_CASE("the verdict names the first thing that is wrong", "[emulator]") {
     CHECK(judge(o, true, "").text ==
           "5 of 600 triggers without a frame: no memory or transport was free, last 60 s");
     o.missed_triggers = 1;
+    o.missed_because[static_cast<std::size_t>(sync::MissedReason::rendering)] = 1;
     CHECK(judge(o, true, "").text == "1 of 600 triggers missed (rendering: 1), last 60 s");
     CHECK(judge(o, true, "").health == Health::bad);
 }
