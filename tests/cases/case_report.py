@@ -14,12 +14,13 @@ class Report:
         self.figures[what] = {"off": off, "allowed": allowed}
         self.rows.append((what, found, against, f"{off:.2g} of {allowed:g} {unit}".strip() + ("" if good else ": TOO FAR OFF")))
 
-    def say(self, what, found, against, last=""):
+    def say(self, what, found, *more):
+        """`more`: at most as many as there are further columns."""
         self.figures[what] = found
-        self.rows.append((what, found, against, last))
+        self.rows.append((what, found, *more, *[""] * (len(self.columns) - 1 - len(more))))
 
     def table(self):
-        return "\n".join(["| | " + " | ".join(self.columns) + " |", "|---|---|---|---|",
+        return "\n".join(["| | " + " | ".join(self.columns) + " |", "|---" * (len(self.columns) + 1) + "|",
                           *("| " + " | ".join(row) + " |" for row in self.rows)])
 
     def print(self):

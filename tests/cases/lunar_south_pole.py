@@ -12,7 +12,8 @@ against the maps, which it reads, interpolates and blends on its own. With --bak
 within 30 degrees of the pole, at samples of that distance (14: 36 GB, 112: a 64th). Exit status 1 where a figure is further off than it
 may be, 77 where data or numpy are missing. With --output also the pictures and the table of docs/cases/lunar-south-pole.md.
 With --cost alone: what a frame within the path costs once the tiles of the frame before it are there, at the same four altitudes, with
-a fixed number of samples and with adaptive sampling to the same noise; with --output into that page's second table.
+a fixed number of samples and with adaptive sampling to the same noise, each with shadow rays and with sunlight that is kept with the tiles
+(sun_visibility), and how far the pictures of the two differ; with --output into that page's second table.
 """
 import argparse
 import importlib.util
@@ -318,10 +319,19 @@ def check_points(report, maps, path, share, size, layers):
                f"{np.percentile(off, 99):.3f} of a pixel's width", "the maps, interpolated and blended on their own", np.percentile(off, 99), 0.05, "px")
 
 
+def picture(file):
+    """Irradiance of a FITS file of one float image."""
+    data = file.read_bytes()
+    cards = {data[at:at + 8].strip(): data[at + 10:at + 30].strip() for at in range(0, 80 * 36, 80)}
+    width, height = int(cards[b"NAXIS1"]), int(cards[b"NAXIS2"])
+    begin = (data.index(b"END" + b" " * 77) // 2880 + 1) * 2880
+    return np.frombuffer(data, ">f4", width * height, begin).astype(float).reshape(height, width)
+
+
 def cost_of_frames(obscura, folder, files, path, options, report):
     """Processor time of a frame within a flight of FLIGHT_FRAMES frames. That of making the first frame's tiles, which a frame of one
     sample shows, is taken out."""
-    totals = {"fixed": [], "adaptive": []}
+    totals = {}
     for share in SHOWN:
         table = folder / "flight.csv"
         table.write_text("time_s,x_m,y_m,z_m\n" + "".join(
@@ -334,24 +344,31 @@ def cost_of_frames(obscura, folder, files, path, options, report):
             return json.loads(limited(obscura, "render", scene, "-o", folder / f"{name}%02d.fits", "--size", f"{size}x{size}", "--threads",
                                       options.threads, "--json", *settings))
 
-        body = f"cell_px = {options.cell_px}"
-        one = scene_text(files, path, share, options.size, SUN_ELEVATION_DEG, DETAIL, body=body)
-        two = scene_text(files, path, share, options.size, SUN_ELEVATION_DEG, DETAIL, trajectory=table, body=body)
-        tiles = cost("one", options.size, one, "--samples", 1)["render_cpu_s"]
-        fixed = cost("two", options.size, two, "--trajectory", "--samples", options.samples)
-        error = 4 * fixed["noise_rms"]
-        while True:
-            adaptive = cost("two", options.size, two, "--trajectory", "--samples", 8, "--error", f"{error:.2g}", "--max-samples", 16 * options.samples)
-            if adaptive["noise_rms"] <= fixed["noise_rms"]:
-                break
-            error *= 0.9 * fixed["noise_rms"] / adaptive["noise_rms"]
-        said = []
-        for kind, told in (("fixed", fixed), ("adaptive", adaptive)):
-            frame = (told["render_cpu_s"] - tiles) / 2
-            totals[kind].append(frame)
-            said.append(f"{frame:.1f} s, {told['samples'] / 2e6:.1f} M samples, noise {100 * told['noise_rms']:.2f} %")
-        report.say(f"{path.altitude(share) / 1000:.3g} km, {-path.latitude(share):.2f} S", *said, f"{tiles:.1f} s")
-    report.say("mean of the four", f"{np.mean(totals['fixed']):.1f} s", f"{np.mean(totals['adaptive']):.1f} s")
+        said, pictures, noise = [], {}, None
+        for sun in "traced", "tiles":
+            body = f'cell_px = {options.cell_px}\nsun_visibility = "{sun}"'
+            one = scene_text(files, path, share, options.size, SUN_ELEVATION_DEG, DETAIL, body=body)
+            two = scene_text(files, path, share, options.size, SUN_ELEVATION_DEG, DETAIL, trajectory=table, body=body)
+            tiles = cost("one", options.size, one, "--samples", 1)["render_cpu_s"]
+            fixed = cost("two", options.size, two, "--trajectory", "--samples", options.samples)
+            pictures[sun] = picture(sorted(folder.glob("two*.fits"))[-1])
+            noise = noise or fixed["noise_rms"]
+            error = 4 * noise
+            while True:
+                adaptive = cost("two", options.size, two, "--trajectory", "--samples", 8, "--error", f"{error:.2g}", "--max-samples",
+                                16 * options.samples)
+                if adaptive["noise_rms"] <= noise:
+                    break
+                error *= 0.9 * noise / adaptive["noise_rms"]
+            for kind, told in (("fixed", fixed), ("adaptive", adaptive)):
+                frame = (told["render_cpu_s"] - tiles) / 2
+                totals.setdefault((sun, kind), []).append(frame)
+                said.append(f"{frame:.1f} s, {told['samples'] / 2e6:.1f} M samples, noise {100 * told['noise_rms']:.2f} %")
+        difference = pictures["tiles"] - pictures["traced"]
+        rms = math.sqrt(np.mean(pictures["traced"] ** 2))
+        report.say(f"{path.altitude(share) / 1000:.3g} km, {-path.latitude(share):.2f} S", *said,
+                   f"{100 * difference.mean() / pictures['traced'].mean():+.2f} %, {100 * math.sqrt(np.mean(difference ** 2)) / rms:.1f} % rms")
+    report.say("mean of the four", *(f"{np.mean(values):.1f} s" for values in totals.values()))
 
 
 def main():
@@ -375,7 +392,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         if options.cost:
-            costs = Report((f"{options.samples} samples", "adaptive, to that noise", "tiles of a first frame"))
+            costs = Report((f"{options.samples} samples", "adaptive, to that noise", f"kept sunlight, {options.samples} samples",
+                            "kept sunlight, adaptive, to the noise of the first", "kept sunlight less shadow rays, mean and rms of pixels"))
             cost_of_frames(options.obscura, folder, files, path, options, costs)
             costs.print()
             if options.output:
