@@ -109,16 +109,17 @@ Response Routes::answer(const Request& request) {
 
 std::optional<Response> Routes::refusal(const Request& request, const Route& route) {
     if (!route.role) return std::nullopt;
+    const std::optional<Role> role = settings_.tokens.role_of(request.bearer);
+    if (role && *role >= *route.role) return std::nullopt;
+    if (role) return problem(403, "role", fmt::format("the role {} is wanted", name_of(*route.role)));
     const auto now = WrongTokens::Clock::now();
+    // A client with the right one, perhaps behind the same tunnel, is not kept waiting.
     if (wrong_.too_many(request.address, now)) {
         Response response =
             problem(429, "too-many-wrong-tokens", "too many wrong tokens from this address; wait a minute");
         response.headers.emplace_back("Retry-After", "60");
         return response;
     }
-    const std::optional<Role> role = settings_.tokens.role_of(request.bearer);
-    if (role && *role >= *route.role) return std::nullopt;
-    if (role) return problem(403, "role", fmt::format("the role {} is wanted", name_of(*route.role)));
     if (!request.bearer.empty()) wrong_.note(request.address, now);
     Response response = problem(401, "token",
                                 request.bearer.empty() ? "a token is wanted: Authorization: Bearer TOKEN"

@@ -16,6 +16,8 @@ function takeToken() {
   return sessionStorage.getItem("token") ?? "";
 }
 const token = takeToken();
+/** Whether the token was refused: asking on would only count as guessing. */
+let refused = false;
 
 const ask = (path, options = {}) => fetch(path, {...options, headers: {Authorization: `Bearer ${token}`}});
 const byId = (id) => document.getElementById(id);
@@ -116,9 +118,10 @@ function say(text, bad) {
 async function refresh() {
   try {
     const answer = await ask("api/v1/state");
-    if (answer.status === 401) {
+    if (answer.status === 401 || answer.status === 429) {
       say(token ? "This token is not known: ask for a new link." : "A token is wanted: use the link that obscura-web prints.", true);
-      return 5000;
+      refused = true;
+      return 0;
     }
     if (!answer.ok) throw new Error((await answer.json()).detail);
     const state = await answer.json();
@@ -172,5 +175,5 @@ theme.addEventListener("change", dress);
 dress();
 byId("level").addEventListener("change", filterLog);
 
-(async () => { for (;;) { await visible(); await pause(await refresh()); } })();
-(async () => { for (;;) { try { await follow(); } catch { /* the state says why */ } await pause(2000); } })();
+(async () => { while (!refused) { await visible(); await pause(await refresh()); } })();
+(async () => { while (!refused) { try { await follow(); } catch { /* the state says why */ } await pause(2000); } })();
