@@ -6,6 +6,7 @@
 #include "core/stack_thread.hpp"
 #include "service/limits.hpp"
 #include "service/message.hpp"
+#include "service/peer.hpp"
 #include "service/session.hpp"
 #include "service/shared_ring.hpp"
 #include "service/tokens.hpp"
@@ -27,33 +28,23 @@ namespace obscura::service {
 /// All members are for the server's thread, which never blocks here; calls run on a thread of the connection.
 /// A fault of the framing is answered and ends the connection; any other mistake is answered, and the
 /// connection lives on. The end of the connection cancels its calls.
-class Connection {
+class Connection final : public Peer {
 public:
-    using Clock = std::chrono::steady_clock;
-
     /// `wake` is called on the connection's thread when there is something to send. `host` and `memory`
     /// outlive this.
     Connection(FileDescriptor socket, const Limits& limits, Host& host, const Access& access,
                MemoryAccount& memory, std::function<void()> wake);
-    /// Waits for the call in progress.
-    ~Connection();
-    Connection(const Connection&) = delete;
-    Connection& operator=(const Connection&) = delete;
+    ~Connection() override;
 
-    [[nodiscard]] int socket() const noexcept { return socket_.get(); }
-    /// Events to poll for.
-    [[nodiscard]] short events() const;
-    /// Receives and sends what `events`, as poll() gave them, allow.
-    void serve(short events);
+    [[nodiscard]] int socket() const noexcept override { return socket_.get(); }
+    [[nodiscard]] short events() const override;
+    void serve(short events) override;
     /// Tells of the progress of the call, and ends the connection if a message, or hello, does not come in
-    /// time. To be called several times a second.
-    void look_at(Clock::time_point now);
-    /// Ends the connection and cancels its calls.
-    void end() { hang_up(); }
-    /// The client is gone; its calls have been cancelled.
-    [[nodiscard]] bool gone() const noexcept { return !socket_; }
-    /// Whether the destructor would not wait.
-    [[nodiscard]] bool at_rest() const noexcept { return at_rest_.load(); }
+    /// time.
+    void look_at(Clock::time_point now) override;
+    void end() override { hang_up(); }
+    [[nodiscard]] bool gone() const noexcept override { return !socket_; }
+    [[nodiscard]] bool at_rest() const noexcept override { return at_rest_.load(); }
 
 private:
     class Job;

@@ -1,48 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-// Server of the native protocol: one thread that receives and sends for all connections.
+// Server: one thread that receives and sends for all connections, whatever they speak.
 #pragma once
 
 #include "service/limits.hpp"
 #include "service/listener.hpp"
+#include "service/peer.hpp"
 #include "service/session.hpp"
 #include "service/tokens.hpp"
 
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace obscura::service {
-
-class Connection;
 
 /// Accepts clients up to the limit, refuses further ones with an error message, and serves all until it is
 /// stopped. Thread-bound; calls run on threads of their connections.
 class Server {
 public:
-    /// `host` outlives this. Clients over TCP need one of `tokens` if there are any, and else may do what
-    /// Permission::scene allows; over Unix sockets see permission_of_peer().
+    /// The native protocol at `listeners`. `host` outlives this. Clients over TCP need one of `tokens` if
+    /// there are any, and else may do what Permission::scene allows; over Unix sockets see
+    /// permission_of_peer().
     Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens = {});
     /// Cancels what is in progress and waits for it.
     ~Server();
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
+    /// One more way in, before run(); its clients count as all others.
+    void add(Door door) { doors_.push_back(std::move(door)); }
     /// Serves until `stopped` returns true, which is asked five times a second and after each signal.
     void run(const std::function<bool()>& stopped);
 
 private:
-    void accept(const Listener& listener);
-    [[nodiscard]] Access access_of(const Listener& listener, int client);
+    void accept(const Door& door);
+    [[nodiscard]] Access access_of(bool is_unix, int client);
     void bury();
 
     const Limits limits_;
-    Host& host_;
-    const std::vector<Listener> listeners_;
+    std::vector<Door> doors_;
     Tokens tokens_;
     MemoryAccount memory_{limits_.memory_bytes};
     FileDescriptor bell_; ///< eventfd: a connection has something to send
-    std::vector<std::unique_ptr<Connection>> connections_;
-    std::vector<std::unique_ptr<Connection>> gone_; ///< their calls have not ended yet
+    std::vector<std::unique_ptr<Peer>> connections_;
+    std::vector<std::unique_ptr<Peer>> gone_; ///< their calls have not ended yet
 };
 
 } // namespace obscura::service

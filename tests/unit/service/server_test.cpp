@@ -5,6 +5,7 @@
 #include "service/connection.hpp"
 #include "service/server.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/service_bench.hpp"
 #include "tests/support/temp_folder.hpp"
 
 #include <netinet/in.h>
@@ -98,31 +99,16 @@ struct Bench {
         listeners.push_back(Listener::unix_socket(path()));
         listeners.push_back(Listener::tcp("127.0.0.1:0", !tokens.empty()));
         port_ = listeners.back().address().substr(sizeof "127.0.0.1:" - 1);
-        server_ = std::make_unique<Server>(limits_, host, std::move(listeners), std::move(tokens));
-        thread_ = std::thread([this] { server_->run([this] { return stop_.load(); }); });
+        server_.start(std::make_unique<Server>(limits_, host, std::move(listeners), std::move(tokens)));
     }
-    ~Bench() {
-        stop_ = true;
-        thread_.join();
-    }
-    [[nodiscard]] std::string path() const { return (folder_.path() / "s").string(); }
+    [[nodiscard]] std::string path() const { return server_.path(); }
     [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }
-    /// Waits for what must come true soon.
-    static void until(const std::function<bool()>& condition) {
-        for (int i = 0; i < 20000 && !condition(); ++i)
-            std::this_thread::sleep_for(1ms);
-        REQUIRE(condition());
-    }
-
     TestHost host;
 
 private:
-    test::TempFolder folder_;
     Limits limits_;
     std::string port_;
-    std::unique_ptr<Server> server_;
-    std::atomic<bool> stop_{false};
-    std::thread thread_;
+    test::ServerThread server_;
 };
 
 struct Message {
@@ -156,13 +142,7 @@ public:
         client.connect(address);
         return client;
     }
-    void write(std::string_view text) {
-        while (!text.empty()) {
-            const ssize_t bytes = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL);
-            if (bytes <= 0) return;
-            text.remove_prefix(static_cast<std::size_t>(bytes));
-        }
-    }
+    void write(std::string_view text) { test::send_all(socket_, text); }
     void request(std::uint32_t id, json head) {
         write(make_message(MessageKind::request, id, std::move(head)).start);
     }
@@ -329,7 +309,7 @@ TEST_CASE("a call in progress is cancelled, and what waits is done after it", "[
     Client client(bench);
     client.request(5, {{"call", "wait"}});
     client.request(6, {{"call", "echo"}, {"value", 6}});
-    Bench::until([&] { return bench.host.waiting == 1; });
+    test::until([&] { return bench.host.waiting == 1; });
     client.request(7, {{"call", "status"}});
     const Message status = client.answer();
     CHECK(status.frame.id == 7);
@@ -369,9 +349,9 @@ TEST_CASE("a client that vanishes has its calls cancelled and its session ended"
         Client client(bench);
         client.request(5, {{"call", "wait"}});
         client.request(6, {{"call", "wait"}});
-        Bench::until([&] { return bench.host.waiting == 1; });
+        test::until([&] { return bench.host.waiting == 1; });
     }
-    Bench::until([&] { return bench.host.ended == 1 && bench.host.open_sessions == 1; });
+    test::until([&] { return bench.host.ended == 1 && bench.host.open_sessions == 1; });
     CHECK(bench.host.waiting == 1); // the second one never began
     other.request(1, {{"call", "echo"}, {"value", 1}});
     CHECK(other.answer().head["value"] == 1);
@@ -389,7 +369,7 @@ TEST_CASE("a client beyond the limit is refused with a line", "[service]") {
     CHECK(refusal.head["message"] == "2 clients are connected already, allowed 2");
     CHECK_FALSE(third.next());
     second.reset();
-    Bench::until([&] { return bench.host.open_sessions == 1; });
+    test::until([&] { return bench.host.open_sessions == 1; });
     Client fourth(bench);
     fourth.request(1, {{"call", "echo"}, {"value", 4}});
     CHECK(fourth.answer().head["value"] == 4);
@@ -594,7 +574,7 @@ TEST_CASE("clients hold no more memory together than the limit", "[service]") {
     CHECK(refused["code"] == "too-large");
     CHECK(refused["message"] == "1048576 bytes beside 2097152 that clients hold, allowed 2621440 in all");
     other.hang_up();
-    Bench::until([&] {
+    test::until([&] {
         client.request(4, {{"call", "picture"}});
         return client.answer().frame.kind == MessageKind::answer;
     });
