@@ -12,6 +12,7 @@
 #include "renderer/integrators/block_tracer.hpp"
 #include "renderer/integrators/path_tracer.hpp"
 #include "renderer/integrators/point_splatter.hpp"
+#include "renderer/integrators/ray_query.hpp"
 #include "renderer/integrators/sample_grid.hpp"
 #include "renderer/integrators/sparse_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
@@ -1727,6 +1728,25 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
                        request.window.width, impl_->pixel_width_rad(), s.candidates,
                        aovs.data() + static_cast<std::size_t>(r) * width, plane);
         });
+}
+
+bool Renderer::intersect(Time t, std::span<const Ray> rays, std::span<double> distances_m,
+                         const std::atomic<bool>* cancel) const {
+    assert(distances_m.size() == rays.size());
+    constexpr std::size_t at_once = 4096;
+    const std::size_t blocks = (rays.size() + at_once - 1) / at_once;
+    return impl_->for_rows(RenderPart::rest, static_cast<std::int32_t>(blocks), {}, cancel,
+                           [&](std::int32_t block, Scratch& s) {
+                               const std::size_t first = static_cast<std::size_t>(block) * at_once;
+                               const std::size_t count = std::min(at_once, rays.size() - first);
+                               std::vector<Vec3> origins, directions;
+                               for (const Ray& ray : rays.subspan(first, count)) {
+                                   origins.push_back(ray.origin_m);
+                                   directions.push_back(normalized(ray.direction));
+                               }
+                               nearest_distances(impl_->begin_row(to_seconds(t.ns), s), origins, directions,
+                                                 distances_m.subspan(first, count));
+                           });
 }
 
 View Renderer::view(Time t) const {

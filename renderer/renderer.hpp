@@ -165,6 +165,12 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+/// A ray in the inertial frame.
+struct Ray {
+    Vec3 origin_m;
+    Vec3 direction; ///< any length above 0
+};
+
 /// Request for some rows of a window, each at its own time. The result depends only on the scene, the
 /// settings, these fields and the light in `from`: neither on how rows are grouped into row blocks nor on the
 /// number of threads, `kept` or `gate`.
@@ -258,6 +264,11 @@ public:
     /// rows' times; where no body is, `body` is 0 and all else NaN. Returns as render().
     bool render_aovs(const RenderRequest& request, std::span<float> aovs,
                      const std::atomic<bool>* cancel = nullptr) const;
+
+    /// Distances along rays, m, to the nearest surface of bodies and the Sun where the camera sees them at
+    /// `t`; infinite: none. Returns as render().
+    bool intersect(Time t, std::span<const Ray> rays, std::span<double> distances_m,
+                   const std::atomic<bool>* cancel = nullptr) const;
 
     /// Field of view, bodies and stars at `t` (renderer/world/view.hpp). Allocates.
     [[nodiscard]] View view(Time t) const;

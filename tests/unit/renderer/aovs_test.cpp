@@ -180,3 +180,33 @@ TEST_CASE("Layers of a window are the crop of the whole, and follow a body that 
     CHECK_THAT(std::acos(std::min(1.0, dot(n, to_camera))) * 180 / std::numbers::pi,
                WithinAbs(at(Aov::emission_deg), 0.5));
 }
+
+TEST_CASE("rays from the camera meet what the layers tell, and others what is in their way") {
+    constexpr int size = 32;
+    const scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0.7, 10, size);
+    const renderer::Renderer r(s, {1, 2, 1});
+    const std::vector<float> aovs = aovs_of(r, {0, 0, size, size});
+    const double pixel = s.camera.pixel_pitch_m / s.camera.focal_length_m;
+    const Pose& camera = s.camera.motion.samples[0].pose;
+    std::vector<renderer::Ray> rays;
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+            rays.push_back(
+                {camera.position_m,
+                 rotate(camera.orientation,
+                        Vec3{(x - (size - 1) / 2.0) * pixel, (y - (size - 1) / 2.0) * pixel, 1} * 3)});
+    rays.push_back({{0, 0, 2000}, {0, 0, -1}});
+    rays.push_back({{0, 0, 0}, {0, 1, 0}}); // from inside
+    std::vector<double> distances(rays.size());
+    REQUIRE(r.intersect(Time{0}, rays, distances));
+    for (std::size_t i = 0; i < size * size; ++i) {
+        const double range =
+            static_cast<double>(aovs[static_cast<std::size_t>(Aov::range_m) * size * size + i]);
+        if (std::isnan(range))
+            CHECK(std::isinf(distances[i]));
+        else
+            CHECK_THAT(distances[i], WithinRel(range, 1e-6));
+    }
+    CHECK_THAT(distances[size * size], WithinAbs(1500, 1e-9));
+    CHECK_THAT(distances[size * size + 1], WithinAbs(500, 1e-9));
+}
