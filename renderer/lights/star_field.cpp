@@ -90,17 +90,26 @@ StarField::StarField(const scene::Scene& scene)
     }
     if (!scene.sky_objects) return;
     for (const scene::SkyObject& object : *scene.sky_objects)
-        if (object.kind == scene::SkyObject::Kind::galaxy) add_galaxy(object, scene.bands);
+        if (object.kind == scene::SkyObject::Kind::galaxy)
+            add_galaxy(object, scene.bands);
+        else if (!object.irradiance_w_m2.empty())
+            add_measured(object);
+}
+
+void StarField::add_measured(const scene::SkyObject& star) {
+    point_directions_.push_back(star_direction(star.star.right_ascension_rad, star.star.declination_rad));
+    point_irradiance_w_m2_.insert(point_irradiance_w_m2_.end(), star.irradiance_w_m2.begin(),
+                                  star.irradiance_w_m2.end());
 }
 
 void StarField::add_galaxy(const scene::SkyObject& galaxy, const std::vector<SpectralBand>& bands) {
     const std::vector<Vec3> points = galaxy_points(galaxy);
-    galaxy_directions_.insert(galaxy_directions_.end(), points.begin(), points.end());
+    point_directions_.insert(point_directions_.end(), points.begin(), points.end());
     std::vector<double> share;
     for (const SpectralBand& band : bands)
         share.push_back(star_irradiance_w_m2(galaxy.star, band) / static_cast<double>(points.size()));
     for (std::size_t i = 0; i < points.size(); ++i)
-        galaxy_irradiance_w_m2_.insert(galaxy_irradiance_w_m2_.end(), share.begin(), share.end());
+        point_irradiance_w_m2_.insert(point_irradiance_w_m2_.end(), share.begin(), share.end());
 }
 
 StarPlace StarField::place(std::uint32_t number) const {
@@ -146,11 +155,11 @@ void StarField::inside(Vec3 axis, double half_angle_rad, const StarObserver& obs
             add(static_cast<std::uint32_t>(directions_.size()) + number, stars);
         });
     }
-    for (std::size_t i = 0; i < galaxy_directions_.size(); ++i) {
-        if (dot(galaxy_directions_[i], axis) < limit) continue;
+    for (std::size_t i = 0; i < point_directions_.size(); ++i) {
+        if (dot(point_directions_[i], axis) < limit) continue;
         stars.numbers.push_back(no_star);
-        stars.places.push_back({galaxy_directions_[i], {}, 0});
-        const auto bands = std::span(galaxy_irradiance_w_m2_).subspan(i * bands_, bands_);
+        stars.places.push_back({point_directions_[i], {}, 0});
+        const auto bands = std::span(point_irradiance_w_m2_).subspan(i * bands_, bands_);
         stars.irradiance_w_m2.insert(stars.irradiance_w_m2.end(), bands.begin(), bands.end());
     }
 }

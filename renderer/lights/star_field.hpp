@@ -41,10 +41,10 @@ struct StarPlace {
     }
 };
 
-/// Number of the points of a galaxy, which are no stars.
+/// Number of points that no catalogue numbers: those of galaxies, and stars of known irradiance.
 constexpr std::uint32_t no_star = std::numeric_limits<std::uint32_t>::max();
 
-/// Stars that are near a field of view, by ascending number; then the points of galaxies.
+/// Stars that are near a field of view, by ascending number; then the points that have none.
 struct FieldStars {
     std::vector<std::uint32_t> numbers;
     std::vector<StarPlace> places;
@@ -76,7 +76,7 @@ public:
     explicit StarField(const scene::Scene& scene);
 
     /// Whether there is nothing, neither stars nor galaxies.
-    [[nodiscard]] bool empty() const { return size() == 0 && galaxy_directions_.empty(); }
+    [[nodiscard]] bool empty() const { return size() == 0 && point_directions_.empty(); }
     [[nodiscard]] std::size_t size() const { return directions_.size() + (file_ ? file_->size() : 0); }
     [[nodiscard]] StarPlace place(std::uint32_t number) const;
     /// Irradiance of a star in a band, W/m2.
@@ -88,13 +88,14 @@ public:
 
 private:
     void add_galaxy(const scene::SkyObject& galaxy, const std::vector<SpectralBand>& bands);
+    void add_measured(const scene::SkyObject& star);
     void add(std::uint32_t number, FieldStars& stars) const;
     void irradiance_of(std::uint32_t number, std::span<double> irradiance_w_m2) const;
 
     std::vector<Vec3> directions_;        ///< of the listed ones
     std::vector<double> irradiance_w_m2_; ///< of the listed ones, bands of each
-    std::vector<Vec3> galaxy_directions_;
-    std::vector<double> galaxy_irradiance_w_m2_; ///< bands of each
+    std::vector<Vec3> point_directions_;
+    std::vector<double> point_irradiance_w_m2_; ///< bands of each
     std::shared_ptr<const ephemeris::StarFile> file_;
     double limiting_v_;
     scene::StarSpectrum spectrum_;

@@ -54,6 +54,10 @@ struct SkyObject {
     double axis_ratio = 1;            ///< minor over major axis
     double position_angle_rad = 0;    ///< of the major axis, from north over east
 
+    /// Of a still star: irradiance in each spectral band, W/m2, instead of magnitude, colour and type; empty:
+    /// by those.
+    std::vector<double> irradiance_w_m2{};
+
     std::string position; ///< see Body::position
 
     /// Whether it is as a star of a catalogue: does neither move nor vary.

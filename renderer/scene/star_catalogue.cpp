@@ -86,6 +86,28 @@ std::vector<scene::Star> read_stars(const std::filesystem::path& file, double li
     return stars;
 }
 
+std::vector<SkyObject> read_star_irradiances(const std::filesystem::path& file, std::size_t bands) {
+    std::vector<std::string> names{"x", "y", "z"};
+    for (std::size_t b = 1; b <= bands; ++b)
+        names.push_back(fmt::format("e{}", b));
+    std::vector<config::CsvColumn> columns;
+    for (const std::string& name : names)
+        columns.push_back({name});
+    std::vector<SkyObject> stars;
+    config::read_csv(file, columns, [&](const config::CsvRow& row) {
+        const std::span<const double> v = row.values;
+        SkyObject& star = stars.emplace_back();
+        const Vec3 direction{v[0], v[1], v[2]};
+        if (!(length(direction) > 0)) row.fail(0, names[0], "a direction of length 0");
+        star.star.right_ascension_rad = std::atan2(direction.y, direction.x);
+        star.star.declination_rad = std::atan2(direction.z, std::hypot(direction.x, direction.y));
+        star.irradiance_w_m2.assign(v.begin() + 3, v.end());
+        for (std::size_t b = 0; b < bands; ++b)
+            if (star.irradiance_w_m2[b] < 0) row.fail(3 + b, names[3 + b], "is less than 0");
+    });
+    return stars;
+}
+
 Star photometric_star(const ephemeris::CatalogueStar& from, StarSpectrum spectrum) {
     Star star;
     star.magnitude_v = from.magnitude_v;

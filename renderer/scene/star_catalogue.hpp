@@ -4,6 +4,7 @@
 
 #include "ephemeris/stars/star.hpp"
 #include "renderer/scene/scene.hpp"
+#include "renderer/scene/sky_object.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +23,11 @@ namespace obscura::scene {
 /// then, if the catalogue has them, b_v and spectral_type. Throws ConfigError.
 [[nodiscard]] std::vector<scene::Star> read_stars(const std::filesystem::path& file,
                                                   double limiting_magnitude);
+
+/// Stars of `file`, a table of directions x, y, z (J2000 axes, any length) and irradiances e1, e2, ... in
+/// each of the scene's `bands`. Throws ConfigError.
+[[nodiscard]] std::vector<SkyObject> read_star_irradiances(const std::filesystem::path& file,
+                                                           std::size_t bands);
 
 /// What the photometry of a star of a catalogue file depends on; its place is not set.
 [[nodiscard]] Star photometric_star(const ephemeris::CatalogueStar& from, StarSpectrum spectrum);

@@ -55,18 +55,23 @@ config::Section sun_section(Sun& sun) {
     return section;
 }
 
+/// A table of irradiances, which is read once the bands are known.
+struct StarTable {
+    std::filesystem::path file; ///< empty: none
+};
+
 struct StarKeys {
     std::string catalogue;
     double limiting_magnitude = 20;
     StarSpectrum spectrum = StarSpectrum::measured;
+    std::string irradiances;
 };
 
-config::Section stars_section(Scene& scene) {
+config::Section stars_section(Scene& scene, const std::shared_ptr<StarTable>& table_of_irradiances) {
     const auto read = std::make_shared<StarKeys>();
     config::Section section{"stars", "Stars from a catalogue; without the table there are none."};
     section.keys = {
         config::key("catalogue", config::Path{&read->catalogue, false})
-            .required()
             .help("Star catalogue: file made by `obscura import stars`, CSV table "
                   "ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000), or the name of a shipped one "
                   "(\"bright\")"),
@@ -76,10 +81,16 @@ config::Section stars_section(Scene& scene) {
             .help("Limiting visual magnitude: fainter stars are left out"),
         config::key("spectrum", &read->spectrum)
             .help("Spectra of the stars: that of the class by B-V and spectral type, or a black body by B-V"),
+        config::key("irradiances", config::Path{&read->irradiances, true, true})
+            .help("CSV table x,y,z,e1,e2,...: stars of known light, by direction (J2000) and irradiance in "
+                  "each spectral band, W/m2; instead of a catalogue or beside it; empty: none"),
     };
     section.optional = true;
-    section.check = [&scene, read](const config::ReadTable& table) {
-        if (table.table() == nullptr || read->catalogue.empty()) return;
+    section.check = [&scene, read, table_of_irradiances](const config::ReadTable& table) {
+        if (table.table() == nullptr) return;
+        table_of_irradiances->file = read->irradiances;
+        if (read->irradiances.empty()) require(table, "catalogue");
+        if (read->catalogue.empty()) return;
         const config::Value& value = table.table()->find("catalogue")->value;
         table.mistakes().collect([&] {
             const std::filesystem::path file = config::file_of_key(value, table.where().in("catalogue"),
@@ -208,9 +219,8 @@ void check_tree(const Scene& scene, const config::ReadTable& root) {
             check_parent(object.position, object.parent, {}, fmt::format("sky object '{}'", object.name));
 }
 
-/// Gives the scene its sky objects, those that are as stars of a catalogue among its stars.
-void take_sky_objects(const std::vector<SkyObject>& read, Scene& scene) {
-    std::vector<SkyObject> objects;
+/// Gives the scene its sky objects, those that are as stars of a catalogue among its stars, and `objects`.
+void take_sky_objects(const std::vector<SkyObject>& read, std::vector<SkyObject> objects, Scene& scene) {
     for (const SkyObject& object : read)
         if (object.kind == SkyObject::Kind::star && object.still())
             scene.stars.push_back(object.star);
@@ -273,11 +283,13 @@ config::Section scene_section(Scene& scene) {
     const auto curves = std::make_shared<ColourCurves>();
     const auto kernels = std::make_shared<KernelKeys>();
     const auto sky_objects = std::make_shared<std::vector<SkyObject>>();
+    const auto star_table = std::make_shared<StarTable>();
     config::Section section{"", "A scene: bodies, light sources, stars and the camera."};
     section.keys = keys_of(scene);
     const config::Keys kernel_keys = kernels->keys();
     section.keys.insert(section.keys.begin() + 1, kernel_keys.begin(), kernel_keys.end());
-    section.tables = {sun_section(scene.sun), stars_section(scene), camera_section(scene.camera, kernels)};
+    section.tables = {sun_section(scene.sun), stars_section(scene, star_table),
+                      camera_section(scene.camera, kernels)};
     section.lists = {
         body_list(scene, curves, kernels),
         lamp_list(scene.lamps, kernels),
@@ -291,8 +303,12 @@ config::Section scene_section(Scene& scene) {
                      scene.stray_light, stray_light_section),
     };
     section.printed = false;
-    section.check = [&scene, curves, kernels, sky_objects](const config::ReadTable& root) {
-        take_sky_objects(*sky_objects, scene);
+    section.check = [&scene, curves, kernels, sky_objects, star_table](const config::ReadTable& root) {
+        std::vector<SkyObject> measured;
+        if (!star_table->file.empty())
+            root.mistakes().collect(
+                [&] { measured = read_star_irradiances(star_table->file, scene.bands.size()); });
+        take_sky_objects(*sky_objects, std::move(measured), scene);
         kernels->check(scene, root);
         check_scene(scene, *curves, root);
     };

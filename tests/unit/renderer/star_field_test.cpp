@@ -243,3 +243,46 @@ TEST_CASE("a scene names a catalogue file as it names a table", "[stars]") {
     CHECK_THROWS_WITH(scene::load_scene(file),
                       Contains("scene.toml:2:") && Contains("it is truncated or damaged"));
 }
+
+TEST_CASE("stars of a table of irradiances give each band what it says", "[stars]") {
+    const test::TempFolder folder;
+    folder.write("stars.csv", "x,y,z,e1,e2\n2,0,0,1e-9,3e-9\n1,0.05,0.02,0,5e-10\n-1,0,0,1,1\n");
+    folder.write("s.toml", R"(
+[camera]
+width = 96
+height = 96
+focal_length_mm = 50
+pixel_pitch_um = 100
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+[sun]
+irradiance_scale = 0
+[stars]
+irradiances = "stars.csv"
+[[band]]
+from_nm = 400
+to_nm = 550
+transmission = [[400, 0.5]]
+[[band]]
+from_nm = 550
+to_nm = 900
+)");
+    const Renderer renderer(scene::load_scene(folder.path() / "s.toml"), {});
+    const std::vector<float> image = image_of(renderer, rolling(0, 0), 0, size);
+    double sum[2]{};
+    for (std::size_t i = 0; i < image.size(); ++i)
+        sum[i / (size * size)] += static_cast<double>(image[i]);
+    CHECK(sum[0] == Approx(1e-9).epsilon(1e-5));
+    CHECK(sum[1] == Approx(3.5e-9).epsilon(1e-5));
+}
+
+TEST_CASE("a table of irradiances that cannot be is refused with one line", "[stars]") {
+    const test::TempFolder folder;
+    for (const auto& [row, what] : {std::pair{"0,0,0,1", "a direction of length 0"},
+                                    {"1,0,0,-1", "is less than 0"},
+                                    {"1,0,0", "stars.csv:2"}}) {
+        folder.write("stars.csv", std::string("x,y,z,e1\n") + row + "\n");
+        folder.write("s.toml", "[stars]\nirradiances = \"stars.csv\"\n");
+        CHECK_THROWS_WITH(scene::load_scene(folder.path() / "s.toml"), Contains(what));
+    }
+}
