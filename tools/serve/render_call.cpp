@@ -336,6 +336,19 @@ void RenderCall::add_layers(const renderer::Renderer& renderer, Rows rows,
     });
 }
 
+const renderer::Renderer& RenderCall::current() {
+    Arguments arguments;
+    if (made_) {
+        renderer::RenderSettings& settings = arguments.settings;
+        settings.samples_per_pixel = made_->key.samples;
+        settings.max_samples_per_pixel = made_->key.max_samples;
+        settings.max_bounces = made_->key.bounces;
+        settings.target_error = made_->key.error;
+        settings.seed = made_->key.seed;
+    }
+    return renderer(arguments, camera(arguments));
+}
+
 service::Answer RenderCall::run(const Arguments& arguments, service::Work& work) {
     const auto begin = std::chrono::steady_clock::now();
     const std::vector<std::size_t> aovs = aovs_of(arguments.layers);

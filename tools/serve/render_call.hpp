@@ -32,6 +32,8 @@ public:
     RenderCall& operator=(const RenderCall&) = delete;
 
     [[nodiscard]] service::Call call();
+    /// The renderer of the scene as it is now, made with the settings of the picture before. Throws Failure.
+    [[nodiscard]] const renderer::Renderer& current();
 
 private:
     struct Arguments;

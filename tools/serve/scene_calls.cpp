@@ -121,8 +121,8 @@ struct SceneCalls::Edit : SceneCalls::Place {
     }
 };
 
-SceneCalls::SceneCalls(std::filesystem::path root)
-    : root_(std::move(root)), document_(config::Value{}, own_file()) {}
+SceneCalls::SceneCalls(std::filesystem::path root, std::vector<std::filesystem::path> further)
+    : root_(std::move(root)), further_(std::move(further)), document_(config::Value{}, own_file()) {}
 
 void SceneCalls::check_scene(const std::function<void()>& work) const {
     const auto translate = [this](std::string text) {
@@ -156,8 +156,9 @@ void SceneCalls::check_scene(const std::function<void()>& work) const {
 }
 
 void SceneCalls::check_file(const std::filesystem::path& file, const std::string& name) const {
-    if (name.find('\0') == std::string::npos &&
-        (is_below(file, root_) || is_below(file, config::shipped_data_folder())))
+    const auto inside = [&](const std::filesystem::path& folder) { return is_below(file, folder); };
+    if (name.find('\0') == std::string::npos && (inside(root_) || inside(config::shipped_data_folder()) ||
+                                                 std::any_of(further_.begin(), further_.end(), inside)))
         return;
     throw ConfigError(
         fmt::format("\"{}\": only files below the server's folder, and shipped ones, can be used",

@@ -13,6 +13,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace obscura::tools {
 
@@ -20,8 +21,8 @@ namespace obscura::tools {
 /// `root` or are shipped. Thread-bound.
 class SceneCalls {
 public:
-    /// `root`: an absolute folder.
-    explicit SceneCalls(std::filesystem::path root);
+    /// `root`: an absolute folder. `further`: others; empty names are none.
+    explicit SceneCalls(std::filesystem::path root, std::vector<std::filesystem::path> further = {});
     SceneCalls(const SceneCalls&) = delete;
     SceneCalls& operator=(const SceneCalls&) = delete;
 
@@ -51,6 +52,7 @@ private:
     void check_files(config::Value root, const std::filesystem::path& file) const;
 
     std::filesystem::path root_;
+    std::vector<std::filesystem::path> further_;
     scene::SceneDocument document_;
 };
 

@@ -5,6 +5,7 @@
 #include "service/listener.hpp"
 #include "service/server.hpp"
 #include "service/tokens.hpp"
+#include "tools/serve/compatible/door_host.hpp"
 #include "tools/serve/render_host.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/verbs/verb.hpp"
@@ -51,9 +52,16 @@ public:
             "\"none\": not over TCP");
         line.option("--unix", &socket_, "PATH",
                     "Listen at this Unix socket too, which the user and group of the server may use");
+        line.option("--compatible", &compatible_, "ADDRESS:PORT",
+                    "Serve the published client (version 8) of another program too, at this address of the "
+                    "loopback interface, such as 127.0.0.1:5151 (docs/published-client.md); \"none\": not");
         line.option("--root", &root_, "DIR",
                     "Folder that the file names of clients start from and stay below (default: the working "
                     "directory)");
+        line.option(
+            "--output", &output_, "DIR",
+            "Folder below which clients of --compatible may write pictures and files; without it they "
+            "can write nothing");
         line.option(
             "--token-file", &token_files_, "[PERMISSION:]FILE",
             "Clients over TCP need this token, which permits view, operate, scene (if none is named) or "
@@ -71,7 +79,8 @@ public:
         line.examples = {"obscura serve",
                          "obscura serve --listen none --unix /tmp/obscura.socket --root scenes",
                          "obscura serve --make-token lab.token",
-                         "obscura serve --listen 0.0.0.0:5152 --token-file lab.token"};
+                         "obscura serve --listen 0.0.0.0:5152 --token-file lab.token",
+                         "obscura serve --compatible 127.0.0.1:5151 --root resources"};
     }
 
     int run() override {
@@ -85,18 +94,34 @@ public:
         if (error || !std::filesystem::is_directory(root))
             throw InputError(
                 fmt::format("obscura serve: --root {}: {}", root_, error ? error.message() : "no folder"));
+        std::filesystem::path output;
+        if (!output_.empty()) {
+            output = std::filesystem::canonical(output_, error);
+            if (error || !std::filesystem::is_directory(output))
+                throw InputError(fmt::format("obscura serve: --output {}: {}", output_,
+                                             error ? error.message() : "no folder"));
+        }
         std::vector<service::Listener> listeners;
         if (address_ != "none") listeners.push_back(service::Listener::tcp(address_, !tokens.empty()));
         if (!socket_.empty()) listeners.push_back(service::Listener::unix_socket(socket_));
-        if (listeners.empty()) throw UsageError("obscura serve: --listen none: --unix PATH is wanted then");
+        const bool compatible = compatible_ != "none";
+        if (listeners.empty() && !compatible)
+            throw UsageError(
+                "obscura serve: --listen none: --unix PATH or --compatible ADDRESS:PORT is wanted then");
         for (const service::Listener& listener : listeners)
             fmt::print("listening at {}\n", listener.address());
-        std::fflush(stdout);
         service::Limits limits;
         limits.clients = clients_;
         limits.memory_bytes = memory_mib_ << 20;
         RenderHost host(OBSCURA_VERSION, root, picture_);
+        compatible::DoorHost door_host(compatible::DoorSettings{OBSCURA_VERSION, root, output, picture_});
         service::Server server(limits, host, std::move(listeners), std::move(tokens));
+        if (compatible) {
+            service::Listener listener = service::Listener::tcp(compatible_);
+            fmt::print("published client at {}\n", listener.address());
+            server.add(compatible::make_door(std::move(listener), door_host, {}, clients_));
+        }
+        std::fflush(stdout);
         emulator::notify_service_manager("READY=1");
         server.run([this] { return interrupted() || (with_input_ && input_ended()); });
         emulator::notify_service_manager("STOPPING=1");
@@ -119,7 +144,7 @@ private:
 
     std::vector<std::string> token_files_;
     std::string new_token_;
-    std::string address_ = "127.0.0.1:5152", socket_, root_;
+    std::string address_ = "127.0.0.1:5152", compatible_ = "none", socket_, root_, output_;
     PictureLimits picture_;
     std::uint32_t clients_ = 16;
     std::uint64_t memory_mib_ = 4096;

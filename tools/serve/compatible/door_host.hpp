@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Host of the compatible door of `obscura serve`: each published client has a scene of its own.
+#pragma once
+
+#include "service/compatible/limits.hpp"
+#include "service/compatible/session.hpp"
+#include "service/peer.hpp"
+#include "tools/serve/compatible/door.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <utility>
+
+namespace obscura::tools::compatible {
+
+/// Opens sessions with an empty scene.
+class DoorHost final : public service::compatible::Host {
+public:
+    explicit DoorHost(DoorSettings settings) : settings_(std::move(settings)) {}
+
+    [[nodiscard]] std::unique_ptr<service::compatible::Session> open() override;
+
+private:
+    const DoorSettings settings_;
+};
+
+/// The door for a server. `clients`: its limit, for the line that one more is sent. `host` outlives it.
+[[nodiscard]] service::Door make_door(service::Listener listener, service::compatible::Host& host,
+                                      const service::compatible::DoorLimits& limits, std::size_t clients);
+
+} // namespace obscura::tools::compatible

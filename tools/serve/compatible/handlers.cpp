@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/serve/compatible/handlers.hpp"
+
+namespace obscura::tools::compatible {
+
+const Handlers& handlers() {
+    static const Handlers all = [] {
+        Handlers made;
+        for (const auto add :
+             {add_connection_calls, add_camera_calls, add_psf_calls, add_model_calls, add_object_calls,
+              add_light_calls, add_rendering_calls, add_output_calls, add_unused_calls})
+            add(made);
+        return made;
+    }();
+    return all;
+}
+
+} // namespace obscura::tools::compatible

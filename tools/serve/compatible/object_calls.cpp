@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that create objects, place them and ask for them.
+#include "tools/serve/compatible/handlers.hpp"
+#include "tools/serve/compatible/objects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace obscura::tools::compatible {
+namespace {
+
+using service::compatible::Fields;
+
+constexpr double farthest_m = 1e15;
+
+Object& named(Request& r, std::string_view argument = "object_name") {
+    return r.door.object(r.arguments.text(argument), r.command.name);
+}
+
+/// The model that an argument names.
+const Model& model_of(Request& r, const std::map<std::string, Model>& all, std::string_view argument) {
+    const std::string& name = r.arguments.text(argument);
+    const auto found = all.find(name);
+    if (found == all.end())
+        throw r.arguments.refused(argument,
+                                  fmt::format("nothing is called \"{}\"", config::printable(name, 60)),
+                                  "one that was created before");
+    return found->second;
+}
+
+/// Adds the files of the textures diffuse, specular, emission, normal; missing and empty ones are white.
+void add_textures(Request& r, nlohmann::json& keys) {
+    const Value& given = r.arguments.value("textures");
+    std::vector<std::string> names;
+    if (const List* const list = given.as<List>())
+        for (const Value& value : *list) {
+            const auto* const name = value.as<std::string>();
+            if (name == nullptr && value.as<std::monostate>() == nullptr)
+                throw r.arguments.refused("textures", "holds what is no name", "names of files");
+            names.push_back(name == nullptr ? "" : *name);
+        }
+    else if (const auto* const name = given.as<std::string>())
+        names.push_back(*name);
+    names.resize(4);
+    if (!names[1].empty()) r.reply.warn("createBody: textures: a specular texture has no effect");
+    for (const auto& [index, key] : {std::pair{0, "albedo_texture"}, std::pair{3, "normal_texture"}})
+        if (const std::string& name = names[static_cast<std::size_t>(index)]; !name.empty())
+            keys[key] = texture_file(r, name);
+    // A material that shines has its picture in the light that it sends out.
+    if (keys.contains("emission_w_m2_sr")) {
+        if (keys.contains("albedo_texture")) keys["emission_texture"] = keys["albedo_texture"];
+        keys.erase("albedo_texture");
+    }
+    if (names[2].empty()) return;
+    keys["emission_texture"] = texture_file(r, names[2]);
+    if (!keys.contains("emission_w_m2_sr")) keys["emission_w_m2_sr"] = {1.0, 1.0, 1.0, 1.0};
+}
+
+void create_body(Request& r) {
+    const Model& shape = model_of(r, r.door.shapes, "shape_name");
+    const Model& reflection = model_of(r, r.door.reflections, "brdf_name");
+    const std::string& name = r.arguments.text("body_name");
+    if (name == "camera") throw r.arguments.refused("body_name", "the camera is no body", "another name");
+    Object body;
+    const Object* const before = r.door.find(name);
+    if (before != nullptr) body.placement = before->placement;
+    if (name == "sun") {
+        if (shape.radius_m < 1)
+            throw r.arguments.refused("shape_name", "the Sun is a sphere", "of 1 m or more");
+        body.kind = Object::Kind::sun;
+        body.keys["radius_m"] = shape.radius_m;
+    } else {
+        body.keys = shape.keys;
+        body.keys.update(reflection.keys);
+        add_textures(r, body.keys);
+    }
+    put(r.door.objects, r.arguments, "body_name", std::move(body));
+}
+
+void create_mesh(Request& r) {
+    Object body;
+    const std::string& name = r.arguments.text("object_name");
+    if (name == "camera" || name == "sun")
+        throw r.arguments.refused("object_name", "is no body", "another name");
+    if (const Object* const before = r.door.find(name)) body.placement = before->placement;
+    body.keys = {{"shape", "mesh"},
+                 {"file", r.door.files.existing(r.arguments.text("model_name")).string()},
+                 {"metres_per_unit", r.arguments.number("scale", 1e-9, 1e12)},
+                 {"material", "lambert"},
+                 {"albedo", 1.0}};
+    put(r.door.objects, r.arguments, "object_name", std::move(body));
+}
+
+/// Keys of shapes stay, those of the material and its light are replaced.
+void set_reflection(Request& r) {
+    Object& object = named(r);
+    const Model& reflection = model_of(r, r.door.reflections, "brdf");
+    const std::string& element = r.arguments.text("element_name");
+    if (object.kind != Object::Kind::body)
+        throw r.arguments.refused("object_name", "is no body", "a body or a mesh");
+    if (r.door.find(element) != &object)
+        throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
+    nlohmann::json kept = nlohmann::json::object();
+    for (const char* key : {"shape", "radii_m", "file", "metres_per_unit", "albedo_texture", "normal_texture",
+                            "emission_texture", "smooth_normals"})
+        if (object.keys.contains(key)) kept[key] = object.keys[key];
+    kept.update(reflection.keys);
+    object.keys = std::move(kept);
+}
+
+void set_motion(Request& r) {
+    Object& object = named(r);
+    const List* const pair = r.arguments.value("motion").as<List>();
+    std::vector<double> velocity, rate;
+    if (pair == nullptr || pair->size() != 2 || !to_numbers((*pair)[0], velocity) ||
+        !to_numbers((*pair)[1], rate) || velocity.size() != 3 || rate.size() != 3)
+        throw r.arguments.refused("motion", "is no pair of vectors", "[velocity, rotation rate]");
+    const auto moderate = [](double v) { return std::abs(v) <= 3e8; };
+    if (!std::all_of(velocity.begin(), velocity.end(), moderate) ||
+        !std::all_of(rate.begin(), rate.end(), moderate))
+        throw r.arguments.refused("motion", "is too fast, or not finite", "up to 3e8");
+    object.placement.velocity_m_s = vec3_of(velocity);
+    object.placement.rate_rad_s = vec3_of(rate);
+}
+
+} // namespace
+
+std::string texture_file(Request& r, const std::string& name) {
+    return r.door.files.existing(name).string();
+}
+
+void add_object_calls(Handlers& handlers) {
+    handlers["reset"] = [](Request& r) { r.door.reset(); };
+    handlers["createBody"] = create_body;
+    handlers["createMesh"] = create_mesh;
+    handlers["setObjectElementBRDF"] = set_reflection;
+    handlers["exists"] = [](Request& r) {
+        r.reply.set("exists", r.door.find(r.arguments.text("object_name")) != nullptr);
+    };
+    handlers["setAlias"] = [](Request& r) {
+        (void)named(r);
+        const std::string& name = r.arguments.text("object_name");
+        const auto other = r.door.aliases.find(name);
+        put(r.door.aliases, r.arguments, "alias", other != r.door.aliases.end() ? other->second : name);
+    };
+    handlers["setObjectPosition"] = [](Request& r) {
+        const std::vector<double> to = r.arguments.vector("pos", 3);
+        if (!std::all_of(to.begin(), to.end(), [](double v) { return std::abs(v) <= farthest_m; }))
+            throw r.arguments.refused("pos", "is too far away", "-1e15 to 1e15 m");
+        named(r).placement.position_m = vec3_of(to);
+    };
+    handlers["getObjectPosition"] = [](Request& r) {
+        r.reply.set("pos", list_of(named(r).placement.position_m));
+    };
+    handlers["setObjectAttitude"] = [](Request& r) {
+        Object& object = named(r);
+        const std::vector<double> to = r.arguments.vector("attitude", 4);
+        if (std::all_of(to.begin(), to.end(), [](double v) { return v == 0; }))
+            throw r.arguments.refused("attitude", "is a quaternion of length 0", "a rotation");
+        object.placement.attitude = attitude_of(to, object.kind, r.door.conventions);
+    };
+    handlers["getObjectAttitude"] = [](Request& r) {
+        r.reply.set("attitude", quaternion_of(named(r), r.door.conventions));
+    };
+    handlers["setObjectMotion"] = set_motion;
+    handlers["getObjectMotion"] = [](Request& r) {
+        const Placement& p = named(r).placement;
+        r.reply.set("motion", List{list_of(p.velocity_m_s), list_of(p.rate_rad_s)});
+    };
+    handlers["printObjectStructure"] = [](Request& r) {
+        r.reply.set("object_structure", named(r).keys.dump(2));
+    };
+}
+
+} // namespace obscura::tools::compatible

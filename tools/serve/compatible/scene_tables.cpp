@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/serve/compatible/scene_tables.hpp"
+
+#include "renderer/lights/spectrum.hpp"
+#include "tools/serve/compatible/door.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace obscura::tools::compatible {
+namespace {
+
+using nlohmann::json;
+
+json json_of(const Vec3& v) {
+    return {v.x, v.y, v.z};
+}
+json json_of(const Quat& q) {
+    return {q.w, q.x, q.y, q.z};
+}
+
+/// The bands of the channels, and the Sun. Its light is free in each channel: the largest sets the factor on
+/// the spectrum, transmissions lower the others. Nothing else here depends on them.
+void add_sunlight(const Door& door, json& tree) {
+    Channels ratio{};
+    for (std::size_t c = 0; c < channels; ++c) {
+        const SpectralBand band{channel_bands[c].from_nm * 1e-9, channel_bands[c].to_nm * 1e-9};
+        ratio[c] = door.sun_power_w_sr[c] / (au_m * au_m) / renderer::sun_irradiance_w_m2(band);
+    }
+    const double largest = *std::max_element(ratio.begin(), ratio.end());
+    for (std::size_t c = 0; c < channels; ++c) {
+        const ChannelBand& band = channel_bands[c];
+        json row{{"from_nm", band.from_nm}, {"to_nm", band.to_nm}};
+        if (ratio[c] < largest) row["transmission"] = json::array({{band.from_nm, ratio[c] / largest}});
+        tree["band"].push_back(std::move(row));
+    }
+    tree["sun"]["irradiance_scale"] = largest;
+}
+
+/// Keys of position and attitude; of a motion during the integration time a table of both.
+void add_placement(Door& door, const Placement& p, json& table) {
+    const double span_s = door.camera.integration_s;
+    const double turned_rad = length(p.rate_rad_s) * span_s;
+    if (turned_rad == 0 && (span_s == 0 || length(p.velocity_m_s) == 0)) {
+        table["position_m"] = json_of(p.position_m);
+        table["orientation"] = json_of(p.attitude);
+        return;
+    }
+    // Attitudes between rows take the shorter way: rows are at most a radian apart.
+    const int steps = 1 + static_cast<int>(std::min(turned_rad, 1e5));
+    std::string text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
+    for (int i = 0; i <= steps; ++i) {
+        const double t = span_s * i / steps;
+        const Vec3 at = p.position_m + p.velocity_m_s * t;
+        const Quat q =
+            turned_rad > 0 ? axis_angle(p.rate_rad_s, length(p.rate_rad_s) * t) * p.attitude : p.attitude;
+        text += fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", t, at.x,
+                            at.y, at.z, q.w, q.x, q.y, q.z);
+    }
+    table["trajectory"] = door.own.file_of(".csv", text);
+}
+
+json camera_table(Door& door) {
+    const CameraSettings& c = door.camera;
+    const double fx_px = c.width / 2.0 / std::tan(c.fov_x_rad / 2);
+    const double fy_px = c.height / 2.0 / std::tan(c.fov_y_rad / 2);
+    // Any pitch makes the same picture; focal lengths of scene files begin at 0.1 mm, pitches end at 1 mm.
+    const double pitch_um = std::clamp(200 / fx_px, 10.0, 1000.0);
+    json table{{"width", c.width},
+               {"height", c.height},
+               {"pixel_pitch_um", pitch_um},
+               {"focal_length_mm", fx_px * pitch_um * 1e-3},
+               {"psf_sigma_px", 0.0}};
+    if (fx_px != fy_px) table["pixel_pitch_y_um"] = pitch_um * fx_px / fy_px;
+    if (!c.psf.file.empty()) {
+        table["psf"] = "table";
+        table["psf_file"] = c.psf.file;
+        // Half of the diagonal of what it covers, in pitches of the columns.
+        const double reach = std::hypot(c.psf.support_w, c.psf.support_h * fx_px / fy_px) / 2 + 1;
+        table["psf_core_px"] = std::clamp(reach, 2.0, 128.0);
+    }
+    add_placement(door, door.objects.at("camera").placement, table);
+    return table;
+}
+
+} // namespace
+
+json scene_tables(Door& door) {
+    json tree{{"quantity", door.rendering.irradiance ? "irradiance" : "radiance"},
+              {"max_bounces", door.rendering.path_tracing ? door.rendering.secondary_rays : 0}};
+    add_sunlight(door, tree);
+    tree["camera"] = camera_table(door);
+    for (const auto& [name, object] : door.objects) {
+        json table = object.keys;
+        switch (object.kind) {
+        case Object::Kind::camera:
+            break;
+        case Object::Kind::sun:
+            tree["sun"]["position_m"] = json_of(object.placement.position_m);
+            tree["sun"].update(table);
+            break;
+        case Object::Kind::body:
+        case Object::Kind::light:
+            table["name"] = name;
+            add_placement(door, object.placement, table);
+            tree[object.kind == Object::Kind::body ? "body" : "lamp"].push_back(std::move(table));
+            break;
+        }
+    }
+    if (!door.background.file.empty()) tree["stars"]["irradiances"] = door.background.file;
+    door.own.sweep();
+    return tree;
+}
+
+} // namespace obscura::tools::compatible
