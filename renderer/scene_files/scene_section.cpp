@@ -48,7 +48,6 @@ config::Section sun_section(Sun& sun) {
         exclude(table, "direction", "position_m");
         exclude(table, "distance_au", "position_m");
         require_direction(table, read->direction, "direction");
-        require_direction(table, sun.position_m, "position_m");
         if (table.has("direction") || table.has("distance_au"))
             sun.position_m = normalized(read->direction) * (read->distance_au * astronomical_unit_m);
     };
