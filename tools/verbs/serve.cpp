@@ -69,6 +69,9 @@ public:
         line.option(
             "--make-token", &new_token_, "FILE",
             "Only write a new token of 32 random bytes, for both sides, to a file that does not exist");
+        line.option("--resources", &resources_, "FILE",
+                    "TOML table of files that stand for names which clients of --compatible ask for "
+                    "(docs/published-client.md)");
         line.number("--threads", &picture_.threads, "N", "Render threads of each client; 0: one per core", 0,
                     1024);
         line.number("--clients", &clients_, "N", "Clients at a time; further ones are refused", 1, 1000);
@@ -114,7 +117,9 @@ public:
         limits.clients = clients_;
         limits.memory_bytes = memory_mib_ << 20;
         RenderHost host(OBSCURA_VERSION, root, picture_);
-        compatible::DoorHost door_host(compatible::DoorSettings{OBSCURA_VERSION, root, output, picture_});
+        compatible::DoorHost door_host(compatible::DoorSettings{
+            OBSCURA_VERSION, root, output, picture_,
+            resources_.empty() ? compatible::ResourceTable() : compatible::ResourceTable(resources_)});
         service::Server server(limits, host, std::move(listeners), std::move(tokens));
         if (compatible) {
             service::Listener listener = service::Listener::tcp(compatible_);
@@ -144,7 +149,7 @@ private:
 
     std::vector<std::string> token_files_;
     std::string new_token_;
-    std::string address_ = "127.0.0.1:5152", compatible_ = "none", socket_, root_, output_;
+    std::string address_ = "127.0.0.1:5152", compatible_ = "none", socket_, root_, output_, resources_;
     PictureLimits picture_;
     std::uint32_t clients_ = 16;
     std::uint64_t memory_mib_ = 4096;

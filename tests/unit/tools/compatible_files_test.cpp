@@ -112,6 +112,23 @@ TEST_CASE("files are written below the output folder alone", "[compatible]") {
     CHECK_THROWS_WITH(no_output.place_for("x.png"), ContainsSubstring("without an output folder"));
 }
 
+TEST_CASE("a table has files for names that are nowhere else", "[compatible]") {
+    const Fixture fixture;
+    const auto table = fixture.folder.write("resources.toml",
+                                            "[resources]\n\"star*.bin\" = \"secret.txt\"\n"
+                                            "\"/data/x.txt\" = \"secret.txt\"\n\"a.txt\" = \"secret.txt\"\n");
+    const compatible::ResourceTable resources(table);
+    CHECK(resources.files().size() == 3);
+    const ClientFiles files(fixture.folder.path() / "root", "", 0, resources);
+    CHECK(content(files.existing("catalogues/stars_V.bin")) == "secret.txt");
+    CHECK(content(files.existing("/data/x.txt")) == "secret.txt");
+    CHECK(content(files.existing("a.txt")) == "root/a.txt");
+    CHECK_FALSE(files.find("stars.txt"));
+    for (const char* text :
+         {"", "[resource]\n", "[resources]\n\"a\" = 3\n", "[resources]\n\"a\" = \"none.txt\"\n"})
+        CHECK_THROWS_AS(compatible::ResourceTable(fixture.folder.write("wrong.toml", text)), ConfigError);
+}
+
 TEST_CASE("compressed bytes are expanded up to the limit", "[compatible]") {
     const std::string plain(100'000, 'x');
     for (int level = 0; level <= 9; ++level) {

@@ -22,7 +22,8 @@ using service::Failure;
 using service::FailureCode;
 
 /// Folders of the resource path in which names are looked up too.
-constexpr std::array<std::string_view, 4> typed_folders{"materials", "DEM", "textures", "sensors"};
+constexpr std::array<std::string_view, 7> typed_folders{"materials", "DEM",    "textures", "sensors",
+                                                        "models",    "meshes", "stars"};
 
 Failure missing(const std::string& name) {
     return service::bad_argument(
@@ -63,8 +64,8 @@ void write_all(int file, std::string_view data, std::uint64_t offset, const std:
 } // namespace
 
 ClientFiles::ClientFiles(std::filesystem::path root, const std::filesystem::path& output,
-                         std::uint64_t most_bytes)
-    : root_(std::move(root)), left_bytes_(most_bytes) {
+                         std::uint64_t most_bytes, compatible::ResourceTable resources)
+    : root_(std::move(root)), resources_(std::move(resources)), left_bytes_(most_bytes) {
     if (!output.empty()) output_.emplace(output);
 }
 
@@ -89,16 +90,18 @@ std::optional<std::filesystem::path> ClientFiles::find(const std::string& name) 
         }
     }
     const auto below_output = output_ ? relative(name, *output_) : std::nullopt;
-    if (below_root.empty() && !below_output)
+    if (below_root.empty() && !below_output) {
+        if (auto found = resources_.find(name)) return found;
         throw Failure(
             FailureCode::forbidden,
             fmt::format("\"{}\": only files below the server's folder can be used", config::printable(name)));
+    }
     for (const std::string& place : below_root)
         if (auto found = root_.find(place); found && std::filesystem::is_regular_file(*found)) return found;
     if (below_output)
         if (auto found = output_->find(*below_output); found && std::filesystem::is_regular_file(*found))
             return found;
-    return {};
+    return resources_.find(name);
 }
 
 std::filesystem::path ClientFiles::existing(const std::string& name) const {
@@ -117,6 +120,17 @@ std::filesystem::path ClientFiles::place_for(const std::string& name) const {
     throw Failure(
         FailureCode::forbidden,
         fmt::format("\"{}\": only files below the output folder can be written", config::printable(name)));
+}
+
+std::string ClientFiles::without_folders(std::string text) const {
+    const auto erase = [&text](const FolderBelow& folder) {
+        const std::string top = folder.path().string() + "/";
+        for (std::size_t at = text.find(top); at != std::string::npos; at = text.find(top))
+            text.erase(at, top.size());
+    };
+    erase(root_);
+    if (output_) erase(*output_);
+    return text;
 }
 
 void ClientFiles::change_folder(const std::string& name) {

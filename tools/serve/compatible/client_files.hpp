@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tools/serve/compatible/folder_below.hpp"
+#include "tools/serve/compatible/resource_table.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -20,17 +21,21 @@ namespace obscura::tools {
 /// All members throw Failure.
 class ClientFiles {
 public:
-    /// `output`: empty: nothing can be written. `most_bytes`: that the client may send in all. Throws
-    /// InputError for folders that are none.
-    ClientFiles(std::filesystem::path root, const std::filesystem::path& output, std::uint64_t most_bytes);
+    /// `output`: empty: nothing can be written. `most_bytes`: that the client may send in all. `resources`:
+    /// files for names that are in neither folder. Throws InputError for folders that are none.
+    ClientFiles(std::filesystem::path root, const std::filesystem::path& output, std::uint64_t most_bytes,
+                compatible::ResourceTable resources = {});
 
-    /// A file to read: by the current folder, the resource path, its folders materials, DEM, textures and
-    /// sensors, the root, and the output folder, whichever has it first. None: no such file.
+    /// A file to read: by the current folder, the resource path, its folders (materials, DEM, textures, ...),
+    /// the root, the output folder and the table of resources, whichever has it first. None: no such file.
     [[nodiscard]] std::optional<std::filesystem::path> find(const std::string& name) const;
     /// The same, which must be there.
     [[nodiscard]] std::filesystem::path existing(const std::string& name) const;
     /// A file to save; its folder is there already.
     [[nodiscard]] std::filesystem::path place_for(const std::string& name) const;
+
+    /// A message without the names of the two folders.
+    [[nodiscard]] std::string without_folders(std::string text) const;
 
     /// Current folder, "/" for the root.
     [[nodiscard]] std::string folder() const { return "/" + folder_; }
@@ -59,6 +64,7 @@ private:
     [[nodiscard]] std::string sent_name(const std::string& name) const;
 
     FolderBelow root_;
+    compatible::ResourceTable resources_;
     std::optional<FolderBelow> output_;
     std::string folder_, resource_path_, synchronised_;
     std::uint64_t left_bytes_;

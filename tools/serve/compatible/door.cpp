@@ -32,6 +32,14 @@ bool looks_somewhere(Object::Kind kind) {
     return kind == Object::Kind::camera || kind == Object::Kind::light;
 }
 
+/// Folders and files beside the root that the scene may name.
+std::vector<std::filesystem::path> folders_of(const DoorSettings& settings, const SessionFolder& own) {
+    std::vector<std::filesystem::path> all = settings.resources.files();
+    all.push_back(own.path());
+    all.push_back(settings.output);
+    return all;
+}
+
 } // namespace
 
 service::compatible::List quaternion_of(const Object& object, const Conventions& conventions) {
@@ -53,9 +61,9 @@ Quat attitude_of(const std::vector<double>& n, Object::Kind kind, const Conventi
 }
 
 Door::Door(const DoorSettings& settings)
-    : files(settings.root, settings.output, settings.most_bytes),
+    : files(settings.root, settings.output, settings.most_bytes, settings.resources),
       settings_(settings),
-      scene_calls_(settings.root, {own.path(), settings.output}),
+      scene_calls_(settings.root, folders_of(settings, own)),
       render_call_(scene_calls_, settings.limits) {
     reset();
 }
@@ -71,6 +79,7 @@ void Door::reset() {
     aliases.clear();
     shapes.clear();
     reflections.clear();
+    textures.clear();
     remembered.clear();
     picture.reset();
     Object seeing{Object::Kind::camera};

@@ -8,6 +8,7 @@
 #include "tools/serve/compatible/notes.hpp"
 #include "tools/serve/compatible/picture.hpp"
 #include "tools/serve/compatible/session_folder.hpp"
+#include "tools/serve/compatible/textures.hpp"
 #include "tools/serve/render_call.hpp"
 #include "tools/serve/scene_calls.hpp"
 
@@ -54,6 +55,7 @@ struct Object {
     Placement placement{};
     nlohmann::json keys = nlohmann::json::object(); ///< of its table in scene files, without the placement
     std::map<std::string, double> properties{};
+    std::map<int, std::string> worn_textures{}; ///< names of textures, by unit
 };
 
 /// Shape, or model of reflection, by the keys of scene files.
@@ -110,6 +112,7 @@ struct DoorSettings {
     std::filesystem::path root;     ///< absolute folder, below which clients may name files
     std::filesystem::path output{}; ///< absolute folder that they may write to; empty: none
     PictureLimits limits{};
+    ResourceTable resources{};                         ///< files for names that are in neither folder
     std::uint64_t most_bytes = std::uint64_t{4} << 30; ///< that a client may write in all
 };
 
@@ -132,6 +135,7 @@ public:
     std::map<std::string, Object> objects{};
     std::map<std::string, std::string> aliases{};
     std::map<std::string, Model> shapes{}, reflections{};
+    std::map<std::string, NamedTexture> textures{};
     Notes metadata{};
     /// What calls without effect have set, by name of call and object.
     Notes remembered{};

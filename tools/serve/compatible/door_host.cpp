@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/serve/compatible/door_host.hpp"
 
+#include "core/error.hpp"
 #include "service/compatible/connection.hpp"
 #include "tools/serve/compatible/handlers.hpp"
 
@@ -27,6 +28,9 @@ public:
             const std::string_view what = failure.what();
             if (what.starts_with(command.name)) throw;
             throw Failure(failure.code, fmt::format("{}: {}", command.name, what));
+        } catch (const Error& error) { // of files
+            throw Failure(FailureCode::bad_argument,
+                          fmt::format("{}: {}", command.name, door_.files.without_folders(error.what())));
         }
     }
 

@@ -36,6 +36,9 @@ using Handlers = std::map<std::string_view, Handler>;
 
 /// The file of a texture. Throws Failure.
 [[nodiscard]] std::string texture_file(Request& request, const std::string& name);
+/// The model that an argument names. Throws Failure.
+[[nodiscard]] const Model& model_of(Request& request, const std::map<std::string, Model>& all,
+                                    std::string_view argument);
 
 // One group each.
 void add_connection_calls(Handlers& handlers);
@@ -47,5 +50,12 @@ void add_light_calls(Handlers& handlers);
 void add_rendering_calls(Handlers& handlers);
 void add_output_calls(Handlers& handlers);
 void add_unused_calls(Handlers& handlers);
+void add_file_calls(Handlers& handlers);
+void add_texture_calls(Handlers& handlers);
+void add_dem_calls(Handlers& handlers);
+void add_mesh_calls(Handlers& handlers);
+void add_save_calls(Handlers& handlers);
+void add_state_calls(Handlers& handlers);
+void add_task_calls(Handlers& handlers);
 
 } // namespace obscura::tools::compatible

@@ -2,6 +2,7 @@
 // Commands that create objects, place them and ask for them.
 #include "tools/serve/compatible/handlers.hpp"
 #include "tools/serve/compatible/objects.hpp"
+#include "tools/serve/compatible/stand_ins.hpp"
 
 #include <fmt/format.h>
 
@@ -18,19 +19,9 @@ Object& named(Request& r, std::string_view argument = "object_name") {
     return r.door.object(r.arguments.text(argument), r.command.name);
 }
 
-/// The model that an argument names.
-const Model& model_of(Request& r, const std::map<std::string, Model>& all, std::string_view argument) {
-    const std::string& name = r.arguments.text(argument);
-    const auto found = all.find(name);
-    if (found == all.end())
-        throw r.arguments.refused(argument,
-                                  fmt::format("nothing is called \"{}\"", config::printable(name, 60)),
-                                  "one that was created before");
-    return found->second;
-}
-
 /// Adds the files of the textures diffuse, specular, emission, normal; missing and empty ones are white.
-void add_textures(Request& r, nlohmann::json& keys) {
+void add_textures(Request& r, Object& body) {
+    nlohmann::json& keys = body.keys;
     const Value& given = r.arguments.value("textures");
     std::vector<std::string> names;
     if (const List* const list = given.as<List>())
@@ -42,7 +33,10 @@ void add_textures(Request& r, nlohmann::json& keys) {
         }
     else if (const auto* const name = given.as<std::string>())
         names.push_back(*name);
-    names.resize(4);
+    names.resize(texture_units);
+    for (int unit = 0; unit < texture_units; ++unit)
+        if (const std::string& name = names[static_cast<std::size_t>(unit)]; r.door.textures.contains(name))
+            body.worn_textures[unit] = name;
     if (!names[1].empty()) r.reply.warn("createBody: textures: a specular texture has no effect");
     for (const auto& [index, key] : {std::pair{0, "albedo_texture"}, std::pair{3, "normal_texture"}})
         if (const std::string& name = names[static_cast<std::size_t>(index)]; !name.empty())
@@ -73,7 +67,7 @@ void create_body(Request& r) {
     } else {
         body.keys = shape.keys;
         body.keys.update(reflection.keys);
-        add_textures(r, body.keys);
+        add_textures(r, body);
     }
     put(r.door.objects, r.arguments, "body_name", std::move(body));
 }
@@ -84,11 +78,20 @@ void create_mesh(Request& r) {
     if (name == "camera" || name == "sun")
         throw r.arguments.refused("object_name", "is no body", "another name");
     if (const Object* const before = r.door.find(name)) body.placement = before->placement;
-    body.keys = {{"shape", "mesh"},
-                 {"file", r.door.files.existing(r.arguments.text("model_name")).string()},
-                 {"metres_per_unit", r.arguments.number("scale", 1e-9, 1e12)},
-                 {"material", "lambert"},
-                 {"albedo", 1.0}};
+    const double scale = r.arguments.number("scale", 1e-9, 1e12);
+    const std::string& model = r.arguments.text("model_name");
+    const auto file = r.door.files.find(model);
+    if (const auto shape = file ? std::nullopt : stand_in_mesh(model)) {
+        body.keys = *shape;
+        r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: a body made of noise instead",
+                                 r.command.name, model));
+    } else {
+        body.keys = {{"shape", "mesh"},
+                     {"file", (file ? *file : r.door.files.existing(model)).string()},
+                     {"metres_per_unit", scale}};
+    }
+    body.keys["material"] = "lambert";
+    body.keys["albedo"] = 1.0;
     put(r.door.objects, r.arguments, "object_name", std::move(body));
 }
 
@@ -102,10 +105,14 @@ void set_reflection(Request& r) {
     if (r.door.find(element) != &object)
         throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
     nlohmann::json kept = nlohmann::json::object();
-    for (const char* key : {"shape", "radii_m", "file", "metres_per_unit", "albedo_texture", "normal_texture",
-                            "emission_texture", "smooth_normals"})
+    for (const char* key :
+         {"shape", "half_edge_m", "height", "mean_radius_m", "axis_ratios", "radii_m", "file",
+          "metres_per_unit", "albedo_texture", "normal_texture", "emission_texture", "smooth_normals"})
         if (object.keys.contains(key)) kept[key] = object.keys[key];
     kept.update(reflection.keys);
+    // Of a relief: maps instead of the number, which is 1 with them.
+    if (const auto maps = object.keys.find("albedo"); maps != object.keys.end() && maps->is_array())
+        kept["albedo"] = *maps;
     object.keys = std::move(kept);
 }
 
@@ -126,8 +133,23 @@ void set_motion(Request& r) {
 
 } // namespace
 
+const Model& model_of(Request& r, const std::map<std::string, Model>& all, std::string_view argument) {
+    const std::string& name = r.arguments.text(argument);
+    const auto found = all.find(name);
+    if (found == all.end())
+        throw r.arguments.refused(argument,
+                                  fmt::format("nothing is called \"{}\"", config::printable(name, 60)),
+                                  "one that was created before");
+    return found->second;
+}
+
 std::string texture_file(Request& r, const std::string& name) {
-    return r.door.files.existing(name).string();
+    if (const auto named = r.door.textures.find(name); named != r.door.textures.end())
+        return named->second.file;
+    if (const auto found = r.door.files.find(name)) return found->string();
+    if (!is_program_texture(name)) return r.door.files.existing(name).string();
+    r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: white instead", r.command.name, name));
+    return {};
 }
 
 void add_object_calls(Handlers& handlers) {
@@ -169,7 +191,8 @@ void add_object_calls(Handlers& handlers) {
         r.reply.set("motion", List{list_of(p.velocity_m_s), list_of(p.rate_rad_s)});
     };
     handlers["printObjectStructure"] = [](Request& r) {
-        r.reply.set("object_structure", named(r).keys.dump(2));
+        r.reply.set("object_structure", r.arguments.text("object_name") + ": " +
+                                            r.door.files.without_folders(named(r).keys.dump(2)));
     };
 }
 
