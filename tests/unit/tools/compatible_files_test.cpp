@@ -115,7 +115,7 @@ TEST_CASE("files are written below the output folder alone", "[compatible]") {
 TEST_CASE("a table has files for names that are nowhere else", "[compatible]") {
     const Fixture fixture;
     const auto table = fixture.folder.write("resources.toml",
-                                            "[resources]\n\"star*.bin\" = \"secret.txt\"\n"
+                                            "\"star*.bin\" = \"secret.txt\"\n"
                                             "\"/data/x.txt\" = \"secret.txt\"\n\"a.txt\" = \"secret.txt\"\n");
     const compatible::ResourceTable resources(table);
     CHECK(resources.files().size() == 3);
@@ -124,8 +124,7 @@ TEST_CASE("a table has files for names that are nowhere else", "[compatible]") {
     CHECK(content(files.existing("/data/x.txt")) == "secret.txt");
     CHECK(content(files.existing("a.txt")) == "root/a.txt");
     CHECK_FALSE(files.find("stars.txt"));
-    for (const char* text :
-         {"", "[resource]\n", "[resources]\n\"a\" = 3\n", "[resources]\n\"a\" = \"none.txt\"\n"})
+    for (const char* text : {"[resources]\n", "\"a\" = 3\n", "\"a\" = \"none.txt\"\n", "a = = 1\n"})
         CHECK_THROWS_AS(compatible::ResourceTable(fixture.folder.write("wrong.toml", text)), ConfigError);
 }
 

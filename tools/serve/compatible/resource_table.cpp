@@ -17,10 +17,7 @@ ResourceTable::ResourceTable(const std::filesystem::path& file) {
     const auto mistake = [&](const config::Position& at, std::string_view what) {
         return ConfigError(fmt::format("{}:{}:{}: {}", file.string(), at.line, at.column, what));
     };
-    const config::Member* const table = root.find("resources");
-    if (table == nullptr || root.members.size() != 1 || table->value.kind != config::Value::Kind::table)
-        throw mistake(root.at, "one table is wanted, [resources], with rows \"name or pattern\" = \"file\"");
-    for (const config::Member& row : table->value.members) {
+    for (const config::Member& row : root.members) {
         if (row.value.kind != config::Value::Kind::string)
             throw mistake(row.at,
                           fmt::format("\"{}\": the name of a file is wanted", config::printable(row.key)));

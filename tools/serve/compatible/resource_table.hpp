@@ -10,7 +10,7 @@
 
 namespace obscura::tools::compatible {
 
-/// The table [resources] of a TOML file: "name or pattern" = "file". Patterns are those of a shell, for the
+/// Rows of a TOML file: "name or pattern" = "file". Patterns are those of a shell, for the
 /// name without its folders. Immutable; thread-safe.
 class ResourceTable {
 public:
