@@ -901,7 +901,7 @@ albedo = 0.5
     {"[camera]\nfocal_length_mm = -5\n",
      "s.toml:2:19: camera.focal_length_mm: -5 is out of range, allowed 0.1 to 1000000 mm"},
     {"[camera]\nwidth = 0\n", "s.toml:2:9: camera.width: 0 is out of range, allowed 1 to 65536 px"},
-    {"[stars]\n", R"(s.toml:1:1: stars: the key "catalogue" is missing)"},
+    {"[stars]\n", R"(s.toml:1:2: stars: the key "catalogue" is missing)"},
     {R"([stars]
 catalogue = "gone.csv"
 )",
