@@ -20,8 +20,6 @@ namespace {
 
 /// Bytes that are received of one client before the others have their turn.
 constexpr std::size_t most_at_once = 1 << 18;
-/// Time that a client has to read the last line.
-constexpr std::chrono::seconds farewell{1};
 
 /// The command of a message; empty: none is named.
 std::string name_in(const Fields& message) {
@@ -66,7 +64,7 @@ short Connection::events() const {
     const std::lock_guard lock(mutex_);
     int events = 0;
     if (waiting_.size() >= limits_.requests || waiting_bytes_ >= limits_.request_bytes) paused_ = true;
-    if (!ends_ && !paused_) events |= POLLIN;
+    if (ends_ || !paused_) events |= POLLIN;
     if (outbox_.ready(Clock::now())) events |= POLLOUT;
     return static_cast<short>(events);
 }
@@ -84,7 +82,8 @@ void Connection::look_at(Clock::time_point now) {
             const std::lock_guard lock(mutex_);
             sent = outbox_.waiting() == 0;
         }
-        if (sent || now >= *ends_) hang_up(closed_);
+        if (sent) ::shutdown(socket_.get(), SHUT_WR);
+        if (now >= *ends_) hang_up(closed_);
         return;
     }
     if (begun_ && now - *begun_ > limits_.message_ms)
@@ -94,14 +93,17 @@ void Connection::look_at(Clock::time_point now) {
 }
 
 void Connection::receive() {
-    if (ends_) return hang_up(closed_);
     const std::size_t before = input_.size();
     input_.resize(before + most_at_once);
     const ssize_t bytes = ::recv(socket_.get(), input_.data() + before, most_at_once, MSG_DONTWAIT);
     const bool blocked = bytes < 0 && (errno == EAGAIN || errno == EINTR);
     input_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(bytes, 0)));
     if (bytes <= 0 && !blocked) return hang_up(false);
-    take_messages();
+    if (ends_)
+        // Were it left unread, the end of the connection would take the last line from the client.
+        input_.clear();
+    else
+        take_messages();
 }
 
 void Connection::take_messages() {
@@ -178,7 +180,7 @@ void Connection::end_with(const Failure& failure) {
         outbox_.clear();
         outbox_.add_line(fmt::format("[error] {}", failure.what()), true);
     }
-    ends_ = Clock::now() + farewell;
+    ends_ = Clock::now() + limits_.farewell_ms;
     input_.clear();
     begun_.reset();
 }

@@ -71,7 +71,7 @@ private:
     Decoder decoder_;
     std::string input_;
     std::optional<Clock::time_point> begun_; ///< of the message whose first bytes have come
-    /// Nothing is read any more; the connection ends when all has been sent, or then.
+    /// What still comes is thrown away; the connection ends when the client ends it, or then.
     std::optional<Clock::time_point> ends_;
     bool closed_ = false; ///< by the command `close`
 

@@ -17,6 +17,8 @@ struct DoorLimits {
     std::size_t request_bytes = std::size_t{64} << 20; ///< of those, unless it is a single one
     /// Time for which an answer that the client may not be waiting for is held back, see Outbox.
     std::chrono::milliseconds hold_ms{2000};
+    /// Time that a client has to read the line before its connection ends.
+    std::chrono::milliseconds farewell_ms{1000};
     std::size_t lines = 100; ///< of log that wait to be sent
 };
 

@@ -105,6 +105,11 @@ class Client {
 public:
     explicit Client(const Bench& bench) : socket_(test::connect_to(bench.path())) {}
     void write(std::string_view text) { test::send_all(socket_, text); }
+    /// Whether the server still takes bytes.
+    bool sends(std::string_view text) {
+        return ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) ==
+               static_cast<ssize_t>(text.size());
+    }
     void call(const char* name, Fields arguments = {}) {
         arguments.insert(arguments.begin(), {"", name});
         write(compatible::encode(arguments));
@@ -246,6 +251,20 @@ TEST_CASE("a fault of the encoding is told, and ends the connection", "[service]
     CHECK_FALSE(client.next());
     Client other(bench);
     CHECK(*find(other.ask("version"), "version") == Value("test"));
+}
+
+TEST_CASE("what comes after a fault of the encoding is thrown away until the client has read its line",
+          "[service]") {
+    compatible::DoorLimits limits;
+    limits.farewell_ms = 60s;
+    Bench bench(limits);
+    Client client(bench);
+    client.write(std::string_view("\0\0\0\1\0\0\0\3abc", 11));
+    // Much more than sockets hold: it is taken, or this would not return.
+    client.write(std::string(std::size_t{16} << 20, 'x'));
+    REQUIRE(client.next());
+    CHECK_FALSE(client.next());
+    CHECK(client.sends("x"));
 }
 
 TEST_CASE("what was sent before close is done, though nothing was read", "[service]") {
