@@ -24,7 +24,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy
 
-Arrays = Dict[str, numpy.ndarray]
+Arrays = Dict[str, numpy.ndarray[Any, Any]]
 '''
 
 _ASYNC_HEAD = f'''# SPDX-License-Identifier: Apache-2.0

@@ -163,8 +163,8 @@ class Client:
 
     async def _read(self) -> None:
         while True:
-            frame = protocol.frame(memoryview(await self._bytes(protocol.FRAME_BYTES)))
-            head = messagepack.unpack(memoryview(await self._bytes(frame.head_bytes)))
+            frame = protocol.frame((await self._bytes(protocol.FRAME_BYTES)).data)
+            head = messagepack.unpack((await self._bytes(frame.head_bytes)).data)
             body = await self._bytes(frame.body_bytes)
             self._heard = asyncio.get_running_loop().time()
             if frame.kind == protocol.ERROR and frame.number == 0:
@@ -183,11 +183,11 @@ class Client:
             elif frame.kind == protocol.ANSWER:
                 request.answer.set_result((head, protocol.arrays(head, body)))
 
-    async def _bytes(self, count: int) -> numpy.ndarray:
+    async def _bytes(self, count: int) -> numpy.ndarray[Any, Any]:
         """The next bytes, in a buffer of their own: arrays are views of it."""
         loop = asyncio.get_running_loop()
         buffer = numpy.empty(count, numpy.uint8)
-        view, at = memoryview(buffer), 0
+        view, at = buffer.data, 0
         while at < count:
             got = 0 if self._socket is None else await loop.sock_recv_into(self._socket, view[at:])
             if got == 0:

@@ -6,7 +6,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy
 
-Arrays = Dict[str, numpy.ndarray]
+Arrays = Dict[str, numpy.ndarray[Any, Any]]
 
 
 class HelloAnswer(TypedDict, total=False):

@@ -20,7 +20,7 @@ class Frame:
     the rest of the answer of the call `frame`. A notebook shows it with stretched contrast.
     """
 
-    def __init__(self, head: Mapping[str, Any], pixels: numpy.ndarray) -> None:
+    def __init__(self, head: Mapping[str, Any], pixels: numpy.ndarray[Any, Any]) -> None:
         self.pixels = pixels
         self.info = dict(head)
         self.number: int = head["number"]
@@ -28,7 +28,7 @@ class Frame:
         self.frame: int = head["frame"]
         self.bits: int = head["bits"]
 
-    def preview(self, gamma: float = 2.2) -> numpy.ndarray:
+    def preview(self, gamma: float = 2.2) -> numpy.ndarray[Any, Any]:
         """uint8 [height, width] for looking at, from the 5th percentile to the 99.99th; not for measurement."""
         low, high = numpy.percentile(self.pixels, (5, 99.99))
         scaled = numpy.clip((self.pixels - low) / max(high - low, 1.0), 0, 1)

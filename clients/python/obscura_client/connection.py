@@ -128,8 +128,8 @@ class Connection:
             data = self._read(protocol.FRAME_BYTES)
             self._whole = False
             try:
-                frame = protocol.frame(data)
-                head = messagepack.unpack(self._read(frame.head_bytes))
+                frame = protocol.frame(data.data)
+                head = messagepack.unpack(self._read(frame.head_bytes).data)
             except ValueError as error:
                 self.close()
                 raise ConnectionLost(f"{self.address}: {error}") from None
@@ -158,12 +158,12 @@ class Connection:
                 self._descriptor = struct.unpack("=i", data[:4])[0]
         return got
 
-    def _read(self, count: int) -> numpy.ndarray:
+    def _read(self, count: int) -> numpy.ndarray[Any, Any]:
         """The next bytes, in a buffer of their own: arrays are views of it."""
         if self._socket is None:
             raise ConnectionLost(f"{self.address}: the connection is closed")
         buffer = numpy.empty(count, numpy.uint8)
-        view, at = memoryview(buffer), 0
+        view, at = buffer.data, 0
         while at < count:
             try:
                 got = self._receive_into(view[at:])

@@ -23,7 +23,7 @@ class SharedMemory:
         finally:
             os.close(descriptor)
 
-    def body(self, slot: int) -> numpy.ndarray:
+    def body(self, slot: int) -> numpy.ndarray[Any, Any]:
         """Bytes of the arrays of a slot, not copied."""
         return numpy.frombuffer(self._map, numpy.uint8, self._stride - self._head, slot * self._stride + self._head)
 
@@ -41,7 +41,7 @@ class Place:
         self._slot: int = row["slot"]
         self._sequence: int = row["sequence"]
 
-    def body(self) -> numpy.ndarray:
+    def body(self) -> numpy.ndarray[Any, Any]:
         return self._memory.body(self._slot)
 
     @property

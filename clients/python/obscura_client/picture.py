@@ -27,12 +27,12 @@ class Picture:
     the server writes over them: see is_whole and copy().
     """
 
-    def __init__(self, head: Mapping[str, Any], arrays: Dict[str, numpy.ndarray], place: Optional[Place] = None) -> None:
+    def __init__(self, head: Mapping[str, Any], arrays: Dict[str, numpy.ndarray[Any, Any]], place: Optional[Place] = None) -> None:
         self._place = place
         names = list(arrays)
         self.quantity: str = names[0]
-        self.values: numpy.ndarray = arrays[names[0]]
-        self.layers: Dict[str, numpy.ndarray] = {name: arrays[name] for name in names[1:]}
+        self.values: numpy.ndarray[Any, Any] = arrays[names[0]]
+        self.layers: Dict[str, numpy.ndarray[Any, Any]] = {name: arrays[name] for name in names[1:]}
         self.unit: str = head["unit"]
         self.bands_nm: List[List[float]] = head["bands_nm"]
         self.time_s: float = head["time_s"]
@@ -56,16 +56,16 @@ class Picture:
         return copied
 
     @property
-    def depth_m(self) -> numpy.ndarray:
+    def depth_m(self) -> numpy.ndarray[Any, Any]:
         """Range along the boresight, NaN where nothing is; rendered with layers=["depth_m"]."""
         return self.layers["depth_m"]
 
     @property
-    def normals(self) -> numpy.ndarray:
+    def normals(self) -> numpy.ndarray[Any, Any]:
         """Unit normals [height, width, 3] in inertial axes; rendered with the layers normal.x, normal.y and normal.z."""
         return numpy.stack([self.layers[f"normal.{axis}"] for axis in "xyz"], axis=-1)
 
-    def preview(self, layer: Optional[str] = None, gamma: float = 2.2) -> numpy.ndarray:
+    def preview(self, layer: Optional[str] = None, gamma: float = 2.2) -> numpy.ndarray[Any, Any]:
         """uint8 [height, width] for looking at: from the darkest value to the 99.9th percentile of those that are lit; not
         for measurement."""
         height, width = self.values.shape[-2:]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import struct
 import zlib
+from typing import Any
 
 import numpy
 
 
-def png(pixels: numpy.ndarray) -> bytes:
+def png(pixels: numpy.ndarray[Any, Any]) -> bytes:
     """The picture as a PNG file; `pixels`: uint8 [height, width] or [height, width, 3]."""
     height, width = pixels.shape[:2]
     colour = 2 if pixels.ndim == 3 else 0

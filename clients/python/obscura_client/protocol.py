@@ -14,7 +14,7 @@ import numpy
 from . import messagepack
 from .errors import ObscuraError
 
-Arrays = Dict[str, numpy.ndarray]
+Arrays = Dict[str, numpy.ndarray[Any, Any]]
 Token = Union[bytes, str, "os.PathLike[str]"]
 
 FRAME_BYTES = 24
@@ -96,12 +96,12 @@ def codec_for(wanted: Optional[str], is_local: bool, server: Mapping[str, Any]) 
     return next((name for name in codecs()[1:] if name in known), "none")
 
 
-def arrays(head: Dict[str, Any], body: numpy.ndarray) -> Arrays:
+def arrays(head: Dict[str, Any], body: numpy.ndarray[Any, Any]) -> Arrays:
     """Takes the arrays out of the head. Those without a codec are views of the body."""
     return {row["name"]: _array(row, body[row["offset"]:row["offset"] + row["bytes"]]) for row in head.pop("arrays", ())}
 
 
-def _array(row: Dict[str, Any], data: numpy.ndarray) -> numpy.ndarray:
+def _array(row: Dict[str, Any], data: numpy.ndarray[Any, Any]) -> numpy.ndarray[Any, Any]:
     dtype, shape = numpy.dtype(row["dtype"]), tuple(row["shape"])
     if row["codec"] == "none":
         return data.view(dtype).reshape(shape)
