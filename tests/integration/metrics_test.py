@@ -13,11 +13,13 @@ import json
 import os
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, obscura, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 60  # a busy machine, a sanitizer
@@ -62,40 +64,18 @@ def total(values, name):
 
 with tempfile.TemporaryDirectory(prefix="obscura-metrics-") as temporary:
     folder = pathlib.Path(temporary)
-    (folder / "frames").mkdir()
-    path = str(folder / "monitor.socket")
-    shutil.copy(source / "tests/support/light_scene.toml", folder / "scene.toml")
-    config = folder / 'a "quoted" name.toml'
     # A frame takes the sensor 20 ms, and triggers come every 5.
-    config.write_text(f"""[scene]
-file = "scene.toml"
-[trigger]
-rate_hz = 200
-[camera]
-exposure_us = 100
-[gige]
-enabled = false
-[file]
-enabled = true
-format = "raw"
-directory = "frames"
-[sensor.readout]
-width = 64
-height = 48
-pixel_clock_hz = 153600
-[monitor]
-socket = "{path}"
-""")
+    camera = SmallDaemon(folder, obscurad, source, name='a "quoted" name.toml', rate_hz=200,
+                         tables="pixel_clock_hz = 153600\n[camera]\nexposure_us = 100\n")
 
     def metrics(*arguments):
-        return subprocess.run([obscura, "metrics", "--socket", path, *arguments], capture_output=True, text=True, timeout=PATIENCE_S)
+        return subprocess.run([obscura, "metrics", "--socket", camera.socket, *arguments], capture_output=True, text=True, timeout=PATIENCE_S)
 
     missing = metrics("-o", folder / "none.prom")
     check("without a daemon the status is 69, and no file is written", missing.returncode == 69 and not (folder / "none.prom").exists(),
           missing)
     statistics, timing = folder / "statistics.json", folder / "timing.csv"
-    daemon = subprocess.Popen([obscurad, "--config", config, "--stats", statistics, "--timing", timing], stdout=subprocess.DEVNULL,
-                              stderr=subprocess.DEVNULL)
+    daemon = camera.start("--stats", statistics, "--timing", timing)
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         found = metrics()
@@ -146,10 +126,10 @@ socket = "{path}"
     daemon.terminate()
     check("the daemon ends well", daemon.wait(PATIENCE_S) == 0)
     told = json.loads(statistics.read_text())
-    camera = told["camera"]
-    check("in the end outcomes sum to edges exactly", camera["triggers"] == sum(
-        camera[k] for k in ("frames", "missed_triggers", "masked_triggers", "dropped")) and
-          camera["missed_triggers"] == sum(camera["missed_because"].values()), camera)
+    counters = told["camera"]
+    check("in the end outcomes sum to edges exactly", counters["triggers"] == sum(
+        counters[k] for k in ("frames", "missed_triggers", "masked_triggers", "dropped")) and
+          counters["missed_triggers"] == sum(counters["missed_because"].values()), counters)
     report = subprocess.run([obscura, "timing", timing, "--format", "csv"], capture_output=True, text=True, check=True).stdout
     for span, name in ("edge_to_first_row", "trigger_to_first_row"), ("edge_to_last_row", "trigger_to_last_row"):
         row = next(line.split(",") for line in report.splitlines() if line.split(",")[1:2] == [span])

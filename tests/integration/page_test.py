@@ -17,6 +17,9 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from small_daemon import SmallDaemon  # noqa: E402
+
 obscurad, obscura, web, source, output = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(sys.argv[4]), pathlib.Path(sys.argv[5])
 shown = pathlib.Path(sys.argv[7]) if sys.argv[6:7] == ["--picture"] else None
 PATIENCE_S = 120
@@ -46,27 +49,9 @@ def texts(dom):
 output.mkdir(parents=True, exist_ok=True)
 with tempfile.TemporaryDirectory(prefix="obscura-page-") as temporary:
     folder = pathlib.Path(temporary)
-    (folder / "frames").mkdir()
-    path = folder / "monitor.socket"
-    shutil.copy(source / "tests/support/light_scene.toml", folder / "scene.toml")
-    config = folder / "camera <1> &amp.toml"  # names are texts in the page
-    config.write_text(f"""[scene]
-file = "scene.toml"
-[trigger]
-rate_hz = 10
-[gige]
-enabled = false
-[file]
-enabled = true
-format = "raw"
-directory = "frames"
-[sensor.readout]
-width = 64
-height = 48
-[monitor]
-socket = "{path}"
-""")
-    daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    camera = SmallDaemon(folder, obscurad, source, name="camera <1> &amp.toml")  # names are texts in the page
+    path = camera.socket
+    daemon = camera.start()
     server = subprocess.Popen([web, "--listen", "127.0.0.1:0", "--socket", path], stdout=subprocess.PIPE, text=True)
     link = server.stdout.readline().strip()
 

@@ -9,12 +9,14 @@ import http.client
 import json
 import pathlib
 import random
-import shutil
 import socket
 import subprocess
 import sys
 import tempfile
 import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, obscura, web, source = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(sys.argv[4])
 MUTATED = int(sys.argv[5]) if len(sys.argv) > 5 else 5000
@@ -82,34 +84,13 @@ class Web:
 
 with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     folder = pathlib.Path(temporary)
-    (folder / "frames").mkdir()
-    path = str(folder / "monitor.socket")
-    shutil.copy(source / "tests/support/light_scene.toml", folder / "scene.toml")
-    config = folder / "obscurad.toml"
-    config.write_text(f"""[scene]
-file = "scene.toml"
-[trigger]
-rate_hz = 10
-[gige]
-enabled = false
-[file]
-enabled = true
-format = "raw"
-directory = "frames"
-[sensor.readout]
-width = 64
-height = 48
-[monitor]
-socket = "{path}"
-""")
-
-    def start_daemon():
-        return subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    camera = SmallDaemon(folder, obscurad, source)
+    path = camera.socket
 
     one = Web("--socket", path)
     check("the link has a token of 43 characters", len(one.token) == 43, one.link)
     check("without a daemon it serves, and is not ready", one.ask("/livez").status == 200 and one.ask("/readyz").status == 503)
-    daemon = start_daemon()
+    daemon = camera.start()
     state = {}
 
     def complete():
@@ -210,7 +191,7 @@ socket = "{path}"
     daemon.wait()
     check("a daemon that has gone is not ready", wait_for(lambda: one.ask("/readyz").status == 503 and not json.loads(
         one.ask("/api/v1/state").text)["daemons"]))
-    daemon = start_daemon()
+    daemon = camera.start()
     check("and is found again", wait_for(lambda: complete() > 0))
     for _ in range(5):
         one.ask("/metrics", token="wrong")

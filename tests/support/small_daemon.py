@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A small camera for tests of programs that ask daemons: 64 x 48 pixels, frames to files, a monitor socket."""
+import pathlib
+import shutil
+import subprocess
+
+
+class SmallDaemon:
+    """Its files in a folder. `tables`: further text of its configuration, which begins within [sensor.readout]."""
+
+    def __init__(self, folder, obscurad, source, name="obscurad.toml", rate_hz=10, tables=""):
+        folder = pathlib.Path(folder)
+        (folder / "frames").mkdir()
+        shutil.copy(pathlib.Path(source) / "tests/support/light_scene.toml", folder / "scene.toml")
+        self.obscurad, self.config, self.socket = obscurad, folder / name, str(folder / "monitor.socket")
+        self.config.write_text(f"""[scene]
+file = "scene.toml"
+[trigger]
+rate_hz = {rate_hz}
+[gige]
+enabled = false
+[file]
+enabled = true
+format = "raw"
+directory = "{folder / 'frames'}"
+[monitor]
+socket = "{self.socket}"
+[sensor.readout]
+width = 64
+height = 48
+{tables}""")
+
+    def start(self, *arguments):
+        """The process; its output is not kept."""
+        return subprocess.Popen([self.obscurad, "--config", self.config, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
