@@ -30,13 +30,19 @@ struct Value {
     using Data = std::variant<std::monostate, bool, std::int32_t, std::uint32_t, std::uint64_t, double,
                               std::string, Bytes, List, Fields>;
 
-    Value() = default;
+    // Defined where Field is complete, as Clang 14 wants it.
+    Value();
+    ~Value();
+    Value(const Value& other);
+    Value(Value&& other) noexcept;
+    Value& operator=(const Value& other);
+    Value& operator=(Value&& other) noexcept;
     /// From anything that Data has an alternative of, and from numbers and text in general.
     template<typename T>
     requires(!std::is_same_v<std::remove_cvref_t<T>, Value>) Value(T&& from)
-        : data(std::forward<T>(from)) {}                      // NOLINT(google-explicit-constructor)
-    Value(const char* text) : data(std::string(text)) {}      // NOLINT(google-explicit-constructor)
-    Value(std::string_view text) : data(std::string(text)) {} // NOLINT(google-explicit-constructor)
+        : data(std::forward<T>(from)) {} // NOLINT(google-explicit-constructor)
+    Value(const char* text);             // NOLINT(google-explicit-constructor)
+    Value(std::string_view text);        // NOLINT(google-explicit-constructor)
 
     Data data;
 
@@ -53,6 +59,15 @@ struct Field {
 
     [[nodiscard]] bool operator==(const Field&) const = default;
 };
+
+inline Value::Value() = default;
+inline Value::~Value() = default;
+inline Value::Value(const Value& other) = default;
+inline Value::Value(Value&& other) noexcept = default;
+inline Value& Value::operator=(const Value& other) = default;
+inline Value& Value::operator=(Value&& other) noexcept = default;
+inline Value::Value(const char* text) : data(std::string(text)) {}
+inline Value::Value(std::string_view text) : data(std::string(text)) {}
 
 inline bool Value::operator==(const Value& other) const {
     return data == other.data;
