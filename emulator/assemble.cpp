@@ -2,6 +2,7 @@
 #include "emulator/assemble.hpp"
 
 #include "core/error.hpp"
+#include "core/random_bytes.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/render_rest.hpp"
 #include "sync/settings.hpp"
@@ -13,12 +14,10 @@
 #include "transports/watch/watch.hpp"
 
 #include <fmt/format.h>
-#include <sys/random.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <system_error>
+#include <span>
 #include <utility>
 
 namespace obscura::emulator {
@@ -29,8 +28,7 @@ namespace {
 std::uint32_t run_word(const emulator::DaemonConfig& config) {
     if (config.daemon.run >= 0) return static_cast<std::uint32_t>(config.daemon.run);
     std::uint32_t word = 0;
-    if (::getrandom(&word, sizeof word, 0) != sizeof word)
-        throw HardwareError(fmt::format("getrandom: {}", std::generic_category().message(errno)));
+    fill_with_random_bytes(std::as_writable_bytes(std::span(&word, 1)));
     return word;
 }
 

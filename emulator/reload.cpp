@@ -2,6 +2,7 @@
 #include "emulator/reload.hpp"
 
 #include "config/document.hpp"
+#include "core/fnv.hpp"
 
 #include <fmt/format.h>
 
@@ -72,12 +73,7 @@ std::vector<std::string> changed_keys(const emulator::DaemonConfig& before,
 std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
     std::ifstream in(scene_file, std::ios::binary);
     const std::string text((std::istreambuf_iterator<char>(in)), {});
-    std::uint64_t print = 0xcbf29ce484222325; // FNV-1a
-    const auto add = [&print](std::string_view bytes) {
-        for (const char c : bytes)
-            print = (print ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-    };
-    add(text);
+    std::uint64_t print = fnv1a(text);
     // Any quoted text may be a file name.
     for (std::size_t begin = text.find('"'); begin != std::string::npos; begin = text.find('"', begin)) {
         const std::size_t end = text.find('"', begin + 1);
@@ -87,7 +83,7 @@ std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
         if (std::filesystem::is_regular_file(file, error)) {
             const auto size = std::filesystem::file_size(file, error);
             const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
-            add(fmt::format("{} {}", size, written));
+            print = fnv1a(fmt::format("{} {}", size, written), print);
         }
         begin = end + 1;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The calls that every connection has.
 #include "core/error.hpp"
+#include "core/fnv.hpp"
 #include "core/memory_budget.hpp"
 #include "service/connection.hpp"
 #include "service/failure.hpp"
@@ -51,12 +52,9 @@ Answer Connection::open_memory(std::size_t slots, std::uint64_t bytes) {
     return answer;
 }
 
-/// FNV-1a of the table: clients see whether it is the one that they were written for.
+/// Of the table: clients see whether it is the one that they were written for.
 static std::string hash_of(const Calls& calls) {
-    std::uint64_t hash = 0xCBF29CE484222325U;
-    for (const char c : describe(calls).dump())
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
-    return fmt::format("{:016x}", hash);
+    return fmt::format("{:016x}", fnv1a(describe(calls).dump()));
 }
 
 Answer Connection::hello_answer() {

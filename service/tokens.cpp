@@ -3,13 +3,13 @@
 
 #include "core/error.hpp"
 #include "core/file_descriptor.hpp"
+#include "core/random_bytes.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <openssl/crypto.h>
 #include <openssl/evp.h>
 #include <openssl/hmac.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -28,8 +28,7 @@ constexpr mode_t allowed_mode = 0640;
 
 Token random_token() {
     Token token{};
-    if (::getrandom(token.data(), token.size(), 0) != static_cast<ssize_t>(token.size()))
-        throw HardwareError(fmt::format("getrandom: {}", std::strerror(errno)));
+    fill_with_random_bytes(std::as_writable_bytes(std::span(token)));
     return token;
 }
 

@@ -2,11 +2,11 @@
 #include "web/access.hpp"
 
 #include "core/error.hpp"
+#include "core/random_bytes.hpp"
 #include "tools/batch/sha256.hpp"
 
 #include <fmt/format.h>
 #include <openssl/crypto.h>
-#include <sys/random.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +14,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <span>
 #include <sstream>
 
 namespace obscura::web {
@@ -53,8 +54,7 @@ std::string Tokens::make() {
     static constexpr std::string_view digits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
     std::array<unsigned char, 32> bytes{};
-    if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-        throw HardwareError(fmt::format("random numbers: {}", std::strerror(errno)));
+    fill_with_random_bytes(std::as_writable_bytes(std::span(bytes)));
     std::string token;
     for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += 6) {
         const unsigned first = bytes[bit / 8], second = bit / 8 + 1 < bytes.size() ? bytes[bit / 8 + 1] : 0u;

@@ -25,7 +25,7 @@ struct ControlledCamera {
     /// Connects to the simulator port; empty: there is none.
     std::function<FileDescriptor()> connect_to_simulator;
     transports::WatchTransport* watch = nullptr; ///< null: no frames are to be had
-    /// A trigger of a client is in work. Counters tell the outcome of one at a time.
+    /// A trigger of a client is in progress. Counters tell the outcome of one at a time.
     std::atomic<bool> triggering{false};
 };
 

@@ -17,7 +17,7 @@ namespace obscura::emulator {
 class SceneRequests {
 public:
     /// Asks for `file` and waits for the answer: empty, or why the scene is not shown. Throws Failure if
-    /// another request is in work, or once `given_up` becomes true, when the request is withdrawn.
+    /// another request is in progress, or once `given_up` becomes true, when the request is withdrawn.
     [[nodiscard]] std::string ask(const std::filesystem::path& file, const std::atomic<bool>& given_up);
 
     /// Main thread: calls `load` with the file that is asked for, if any, and a function that tells whether

@@ -3,6 +3,7 @@
 
 #include "config/section.hpp"
 #include "core/error.hpp"
+#include "core/path_below.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "service/failure.hpp"
 
@@ -27,16 +28,6 @@ using service::Work;
 
 Failure bad_argument(const std::string& field, const std::string& what) {
     return service::bad_argument(field, fmt::format("{}: {}", field, what));
-}
-
-/// Whether `path` is `folder` or below it, links followed.
-bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
-    std::error_code error;
-    if (folder.empty()) return false;
-    const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
-    const std::filesystem::path top = std::filesystem::canonical(folder, error);
-    if (error) return false;
-    return std::mismatch(top.begin(), top.end(), real.begin(), real.end()).first == top.end();
 }
 
 /// A scene file that holds only this table, or this element of an array of tables.
