@@ -62,7 +62,7 @@ void DaemonWatch::look() {
             try {
                 Json state = daemon.ask({{"verb", "state"}});
                 const auto pid = state.at("daemon").at("pid").get<std::int64_t>();
-                std::uint64_t& last = seen[pid] = seen_.contains(pid) ? seen_[pid] : 0;
+                std::uint64_t& last = seen[pid] = seen_[pid];
                 const Json answer = daemon.ask({{"verb", "events"}, {"after", last}});
                 for (Json event : answer.at("events")) {
                     last = event.at("id").get<std::uint64_t>();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/routes.hpp"
 
+#include "core/latency_histogram.hpp"
 #include "tools/support/metrics_text.hpp"
 #include "web/page_files.hpp"
 
@@ -145,7 +146,8 @@ Response Routes::ready() const {
 
 Response Routes::state() const {
     const auto sighting = watch_.latest();
-    Json all{{"age_s", seconds_since(sighting->at)}, {"web", {{"version", settings_.version}}}};
+    Json all{{"age_s", seconds_since(sighting->at)},
+             {"web", {{"version", settings_.version}, {"latency_bounds_us", latency_bounds_us}}}};
     all["error"] = sighting->error;
     all["daemons"] = sighting->states;
     return {200, json_type, dumped(all), {}, {}};

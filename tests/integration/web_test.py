@@ -9,6 +9,7 @@ import http.client
 import json
 import pathlib
 import random
+import re
 import socket
 import subprocess
 import sys
@@ -106,8 +107,11 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
           [line for line in subprocess.run([obscura, "metrics", "--socket", path], capture_output=True, text=True,
                                            check=True).stdout.splitlines() if line.startswith("#")])
     ready = one.ask("/readyz")
-    check("readiness follows the verdict", ready.status == (503 if state["daemons"][0]["cameras"][0]["verdict"]["health"] == "bad" else 200)
-          or ready.status in (200, 503) and "camera 0" in ready.text, ready.text)
+    told = json.loads(ready.text)
+    check("readiness follows the verdict, which it tells", told["checks"]["daemon"] == "answers" and
+          re.search(r"last \d+ s$", told["checks"][f"{camera.config} camera 0"]) and
+          told["ready"] == told["checks"][f"{camera.config} camera 0"].startswith(("on time", "idle")) and
+          ready.status == (200 if told["ready"] else 503), ready.text)
     check("the log is there", json.loads(one.ask("/api/v1/events?follow=0").text)["events"][0]["id"] == 1)
     with socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) as client:
         client.sendall(f"GET /api/v1/events HTTP/1.1\r\nHost: localhost:{one.port}\r\nAuthorization: Bearer {one.token}\r\n\r\n".encode())

@@ -2,8 +2,8 @@
 // The operator's page: what the daemons of this machine said last, twice a second, and their log.
 
 const PERIOD_MS = 500, MOST_LINES = 400;
-// Upper ends of the histograms' buckets, us: latency_bounds_us of core/latency_histogram.hpp.
-const BOUNDS_US = [1, 2, 5, 1e1, 2e1, 5e1, 1e2, 2e2, 5e2, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6];
+/** Upper ends of the histograms' buckets, us. */
+let boundsUs = [];
 const SVG = "http://www.w3.org/2000/svg";
 
 /** Token of the link, kept for this tab; the link itself then loses it. */
@@ -71,9 +71,9 @@ function histogram(title, figures) {
   counts.forEach((n, k) => {
     const height = 66 * Math.log1p(n) / most;
     const bar = draw("rect", {x: k * 21 + 2, y: 76 - height, width: 17, height});
-    bar.append(draw("title", {}, `${n} up to ${k < BOUNDS_US.length ? span(BOUNDS_US[k]) : "more"}`));
+    bar.append(draw("title", {}, `${n} up to ${k < boundsUs.length ? span(boundsUs[k]) : "more"}`));
     svg.append(bar);
-    if (k % 3 === 0 && k < BOUNDS_US.length) svg.append(draw("text", {x: k * 21 + 10, y: 88, "text-anchor": "middle"}, span(BOUNDS_US[k])));
+    if (k % 3 === 0 && k < boundsUs.length) svg.append(draw("text", {x: k * 21 + 10, y: 88, "text-anchor": "middle"}, span(boundsUs[k])));
   });
   return make("figure", {}, make("h3", {}, title), svg,
               make("figcaption", {}, `p50 ${span(figures.p50)}, p99 ${span(figures.p99)}, max ${span(figures.max)} (${figures.count}; bars: logarithm)`));
@@ -128,6 +128,7 @@ async function refresh() {
     if (state.daemons.length === 0) say(`No camera: ${state.error}`, true);
     else if (state.age_s > 3) say(`The cameras have not answered for ${Math.round(state.age_s)} s.`, true);
     else say(`${state.daemons.length} daemon${state.daemons.length > 1 ? "s" : ""} on this machine`, false);
+    boundsUs = state.web.latency_bounds_us;
     byId("daemons").replaceChildren(...state.daemons.map(daemon));
   } catch (error) {
     say(`obscura-web does not answer: ${error.message}`, true);
