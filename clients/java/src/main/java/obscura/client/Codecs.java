@@ -35,7 +35,7 @@ final class Codecs {
         byte[] plain = new byte[bytes];
         for (int place = 0; place < elementBytes; ++place)
             for (int i = 0; i < count; ++i) plain[i * elementBytes + place] = sorted[place * count + i];
-        return ByteBuffer.allocateDirect(bytes).put(plain).flip();
+        return ByteBuffer.wrap(plain);
     }
 
     /** Bytes that the LZ4 block has; they are put into `out`. */

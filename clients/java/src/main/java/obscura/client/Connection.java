@@ -209,7 +209,8 @@ final class Connection implements AutoCloseable {
         if (headBytes > MOST_HEAD_BYTES || bodyBytes < 0 || bodyBytes > Integer.MAX_VALUE - 8)
             throw new IOException("a message of " + headBytes + " + " + bodyBytes + " bytes is too large");
         ByteBuffer head = fill(ByteBuffer.allocate((int) headBytes));
-        ByteBuffer body = fill(ByteBuffer.allocateDirect((int) bodyBytes));
+        // On the heap, whose pages the collector uses again: each new direct buffer costs a fault for each of its pages.
+        ByteBuffer body = fill(ByteBuffer.allocate((int) bodyBytes));
         whole = true;
         try {
             if (MessagePack.unpack(head) instanceof Map<?, ?> members) {
@@ -231,7 +232,7 @@ final class Connection implements AutoCloseable {
             input.position(input.position() + ready);
             if (!target.hasRemaining()) return target.flip();
             // Much goes where it belongs at once; little into the buffer, with what follows.
-            if (target.isDirect() && target.remaining() > input.capacity()) {
+            if (target.remaining() > input.capacity()) {
                 arrive(target);
             } else {
                 input.clear();
