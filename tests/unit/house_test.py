@@ -19,6 +19,7 @@ ALLOWED = {
     "sync": {"core", "config", "sync"},
     "transports": {"core", "config", "images", "transports"},
     "emulator": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "service", "sync", "transports", "emulator"},
+    "instrument": {"core", "service", "emulator", "tools", "instrument"},
     "tools": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator", "service", "tools"},
 }
 # Sub-folders of one folder, lowest level first; "." is the folder itself, "name.hpp" a file in it with another level. A
@@ -113,7 +114,7 @@ for header, lists in sorted(public.items()):
             complaints.append(f"{header}: public, but {included} is not: add that to obscura_public_headers() of its library")
 
 # Documents name only what exists: in backticks, in indented commands, and as links, which are relative to the document.
-FOLDERS = "scripts|config|docs|tests|core|images|ephemeris|terrain|renderer|sensors|sync|transports|emulator|service|clients|tools|systemd|debian|cmake"
+FOLDERS = "scripts|config|docs|tests|core|images|ephemeris|terrain|renderer|sensors|sync|transports|emulator|instrument|service|clients|tools|systemd|debian|cmake"
 documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md")),
              *sorted((ROOT / "tests").rglob("README.md"))]
 for document in (d for d in documents if d.exists()):

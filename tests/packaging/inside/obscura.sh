@@ -34,10 +34,10 @@ check "dpkg has nothing to complain of" bash -c '[ -z "$(dpkg --audit)" ] && dpk
 # Files
 for file in /usr/bin/obscurad /usr/bin/obscura /etc/obscura/obscurad.toml /etc/security/limits.d/obscura.conf \
     /lib/systemd/system/obscurad.service /lib/systemd/system/obscurad@.service /lib/systemd/system/obscurad-modules.service \
-    /lib/systemd/system/obscura-serve.service /usr/lib/sysusers.d/obscura.conf \
+    /lib/systemd/system/obscura-serve.service /lib/systemd/system/obscura-instrument.service /usr/lib/sysusers.d/obscura.conf \
     /usr/lib/tmpfiles.d/obscura.conf /usr/lib/sysctl.d/60-obscura.conf /usr/lib/modprobe.d/obscura.conf \
     /lib/udev/rules.d/60-obscura.rules /usr/share/obscura/demo.toml /usr/share/obscura/scenes/demo.toml /usr/share/obscura/examples/lockstep/camera.toml \
-    /usr/share/man/man1/obscura.1.gz /usr/share/man/man1/obscura-stimulator-sim.1.gz /usr/share/man/man5/obscurad.toml.5.gz /usr/share/man/man8/obscurad.8.gz \
+    /usr/share/man/man1/obscura.1.gz /usr/share/man/man1/obscura-instrument.1.gz /usr/share/man/man1/obscura-stimulator-sim.1.gz /usr/share/man/man5/obscurad.toml.5.gz /usr/share/man/man8/obscurad.8.gz \
     /usr/share/bash-completion/completions/obscura /usr/share/bash-completion/completions/obscurad \
     /usr/share/doc/obscura/copyright /usr/share/doc/obscura/examples/txtime.conf; do
     [ -f "$file" ] || bad "$file is missing"

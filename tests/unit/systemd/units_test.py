@@ -97,6 +97,13 @@ credential = settings(web, "LoadCredential")
 if credential != [f"tokens:{sysconf}/obscura/web-tokens"] or not settings(web, "ExecStart")[0].endswith("/obscura-web --tokens %d/tokens"):
     complaints.append("obscura-web.service: its tokens are not those of the configuration's folder")
 
+# The instrument: as that one, without tokens.
+instrument = judge("obscura-instrument.service", 15)
+for key, wanted in {"Type": "notify", "DynamicUser": "yes", "SupplementaryGroups": "obscura", "IPAddressAllow": "localhost", "IPAddressDeny": "any",
+                    "MemoryMax": "128M", "RestrictRealtime": "yes", "MemoryDenyWriteExecute": "yes"}.items():
+    if settings(instrument, key) != [wanted]:
+        complaints.append(f"obscura-instrument.service: {key}={settings(instrument, key)}, wanted {wanted}")
+
 # Two services of one machine must not share a folder that systemd removes when one of them stops.
 folders = [
     settings((units_folder / name).read_text(), "RuntimeDirectory")[0] for name in ["obscurad.service", "obscurad@.service"]

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests to a daemon through its call server ([control]).
+#pragma once
+
+#include "instrument/camera_link.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace obscura::instrument {
+
+/// Where the calls of a daemon are made.
+struct DaemonAddress {
+    std::string address;    ///< path of a Unix socket, or "HOST:PORT"
+    std::string token_file; ///< of the token that the daemon wants; empty: none
+};
+
+/// Connects when it is first used, and again after a connection was lost; a request other than a trigger is
+/// then made once more. Triggers have a connection of their own, so that others are answered meanwhile.
+class DaemonLink final : public CameraLink {
+public:
+    explicit DaemonLink(DaemonAddress address);
+    ~DaemonLink() override;
+
+    [[nodiscard]] DaemonState state() override;
+    [[nodiscard]] std::vector<Feature> features(std::uint32_t camera) override;
+    void set(std::uint32_t camera, const std::string& feature, const FeatureValue& value) override;
+    void start(std::uint32_t camera) override;
+    void stop(std::uint32_t camera) override;
+    void begin_trigger(std::uint32_t camera) override;
+    [[nodiscard]] bool trigger_pending() const override { return pending_; }
+    [[nodiscard]] std::optional<TriggerResult> trigger_result(double wait_s) override;
+
+private:
+    class Connection;
+
+    const DaemonAddress address_;
+    std::unique_ptr<Connection> calls_, triggers_;
+    bool pending_ = false;
+};
+
+} // namespace obscura::instrument

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "instrument/scpi/server.hpp"
+
+#include "instrument/scpi/line_reader.hpp"
+#include "instrument/scpi/session.hpp"
+
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <exception>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+namespace obscura::instrument {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr int look_ms = 200;
+
+/// Whether the socket is ready for `what` within look_ms.
+bool ready(int socket, short what) {
+    pollfd one{socket, what, 0};
+    return ::poll(&one, 1, look_ms) > 0;
+}
+
+/// Sends all of `bytes`. False: the client has gone, does not read, or `ended` is true.
+bool send_all(int socket, std::string_view bytes, std::chrono::seconds patience,
+              const std::function<bool()>& ended) {
+    const Clock::time_point end = Clock::now() + patience;
+    while (!bytes.empty()) {
+        const ssize_t sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+        if (sent > 0) {
+            bytes.remove_prefix(static_cast<std::size_t>(sent));
+        } else if (sent < 0 && errno != EAGAIN && errno != EINTR) {
+            return false;
+        } else if (!ready(socket, POLLOUT) && (ended() || Clock::now() > end)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+} // namespace
+
+ScpiServer::ScpiServer(const ScpiLimits& limits, DaemonAddress daemon, std::string version,
+                       std::vector<ScpiPort> ports)
+    : limits_(limits), daemon_(std::move(daemon)), version_(std::move(version)), ports_(std::move(ports)) {}
+
+ScpiServer::~ScpiServer() {
+    ending_ = true;
+    bury(true);
+}
+
+void ScpiServer::bury(bool all) {
+    std::erase_if(clients_, [all](const std::unique_ptr<Client>& client) {
+        if (!all && !client->done) return false;
+        client->thread.join();
+        return true;
+    });
+}
+
+void ScpiServer::serve(Client& client, bool may_change) const {
+    const int socket = client.socket.get();
+    const std::function<bool()> ended = [this] { return ending_.load(); };
+    DaemonLink link(daemon_);
+    ScpiSession session(table_, link, version_, may_change, ended);
+    LineReader lines(limits_.line_bytes);
+    std::array<char, 4096> buffer;
+    Clock::time_point heard = Clock::now();
+    while (!ending_) {
+        if (!ready(socket, POLLIN)) {
+            if (Clock::now() - heard > limits_.idle) return;
+            continue;
+        }
+        const ssize_t got = ::recv(socket, buffer.data(), buffer.size(), 0);
+        if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) return;
+        if (got < 0) continue;
+        heard = Clock::now();
+        lines.give({buffer.data(), static_cast<std::size_t>(got)});
+        while (const auto line = lines.next()) {
+            if (!*line) {
+                session.overrun();
+                continue;
+            }
+            std::string response = session.execute(**line);
+            if (ending_) return;
+            if (!response.empty() && !send_all(socket, response += '\n', limits_.unread, ended)) return;
+        }
+        if (lines.thrown_away() > limits_.thrown_away_bytes) return;
+    }
+}
+
+void ScpiServer::accept(const ScpiPort& port) {
+    FileDescriptor socket = port.listener.accept();
+    if (!socket) return;
+    bury(false);
+    if (clients_.size() >= limits_.clients) return; // closes it
+    const int on = 1;
+    ::setsockopt(socket.get(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+    auto client = std::make_unique<Client>();
+    client->socket = std::move(socket);
+    client->thread = std::thread([this, one = client.get(), may_change = port.may_change] {
+        try {
+            serve(*one, may_change);
+        } catch (const std::exception&) { // memory is short: this client is given up
+        }
+        ::shutdown(one->socket.get(), SHUT_RDWR); // closed when it is joined
+        one->done = true;
+    });
+    clients_.push_back(std::move(client));
+}
+
+void ScpiServer::run(const std::function<bool()>& stopped) {
+    std::vector<pollfd> watched;
+    for (const ScpiPort& port : ports_)
+        watched.push_back({port.listener.socket(), POLLIN, 0});
+    while (!stopped()) {
+        if (::poll(watched.data(), watched.size(), look_ms) > 0)
+            for (std::size_t i = 0; i < ports_.size(); ++i)
+                if (watched[i].revents != 0) accept(ports_[i]);
+        bury(false);
+    }
+}
+
+} // namespace obscura::instrument

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// SCPI over TCP ("raw socket"): listening ports, and a thread for each client.
+#pragma once
+
+#include "core/file_descriptor.hpp"
+#include "instrument/daemon_link.hpp"
+#include "instrument/scpi/commands.hpp"
+#include "service/listener.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace obscura::instrument {
+
+/// What the server grants.
+struct ScpiLimits {
+    std::size_t clients = 8;               ///< at a time, over all ports
+    std::size_t line_bytes = 4096;         ///< of a message; longer ones are thrown away and reported
+    std::size_t thrown_away_bytes = 65536; ///< of such a line, after which the connection ends
+    std::chrono::seconds idle{3600};       ///< without a byte from the client, after which it ends
+    std::chrono::seconds unread{10};       ///< that an answer waits for the client to read it
+};
+
+/// A listening port and what its clients may do.
+struct ScpiPort {
+    service::Listener listener;
+    bool may_change = false;
+};
+
+/// Thread-bound.
+class ScpiServer {
+public:
+    /// `version`: of this program.
+    ScpiServer(const ScpiLimits& limits, DaemonAddress daemon, std::string version,
+               std::vector<ScpiPort> ports);
+    /// Ends all clients, after at most the longest silence of a daemon.
+    ~ScpiServer();
+    ScpiServer(const ScpiServer&) = delete;
+    ScpiServer& operator=(const ScpiServer&) = delete;
+
+    /// Serves until `stopped` returns true, which is asked five times a second.
+    void run(const std::function<bool()>& stopped);
+
+private:
+    struct Client {
+        FileDescriptor socket;
+        std::atomic<bool> done{false};
+        std::thread thread;
+    };
+    void accept(const ScpiPort& port);
+    void serve(Client& client, bool may_change) const;
+    /// Joins the clients that are done, or all.
+    void bury(bool all);
+
+    const ScpiLimits limits_;
+    const DaemonAddress daemon_;
+    const std::string version_;
+    const CommandTable table_;
+    std::vector<ScpiPort> ports_;
+    std::atomic<bool> ending_{false};
+    std::vector<std::unique_ptr<Client>> clients_;
+};
+
+} // namespace obscura::instrument
