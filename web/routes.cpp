@@ -21,9 +21,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view json_type = "application/json", problem_type = "application/problem+json";
 
 constexpr std::array all_routes{
-    Route{"/", std::nullopt, "The page"},
-    Route{"/page.js", std::nullopt, "Its program"},
-    Route{"/page.css", std::nullopt, "Its style"},
+    Route{"/", std::nullopt, "The page, with the files of web/page below it"},
     Route{"/livez", std::nullopt, "200 while this process answers"},
     Route{"/readyz", Role::viewer, "200 if every camera is on time or idle, else 503; JSON of the checks"},
     Route{"/metrics", Role::viewer, "Metrics in the text format of Prometheus"},
@@ -49,8 +47,11 @@ Response problem(unsigned status, std::string_view type, std::string_view detail
     return response;
 }
 
-Response page(std::string_view name, std::string_view type) {
-    return {200, type, std::string(page_file(name)), {}, {}};
+/// A file of the page; none: the path is none of them.
+const PageFile* page_file(std::string_view path) {
+    const auto files = page_files();
+    const auto file = std::find_if(files.begin(), files.end(), [&](const PageFile& f) { return f.path == path; });
+    return file == files.end() ? nullptr : &*file;
 }
 
 double seconds_since(std::chrono::steady_clock::time_point at) {
@@ -84,8 +85,9 @@ Response Routes::answer(const Request& request) {
         return problem(421, "wrong-host", "this server is not called so; --host allows further names");
     if (request.has_origin && !settings_.names.allows_origin(request.origin))
         return problem(403, "foreign-origin", "a page of another site has asked");
+    const PageFile* const file = page_file(path);
     const auto route = std::find_if(all_routes.begin(), all_routes.end(),
-                                    [&](const Route& one) { return one.path == path; });
+                                    [&](const Route& one) { return one.path == (file ? "/" : path); });
     if (route == all_routes.end()) {
         std::string paths;
         for (const Route& one : all_routes)
@@ -98,9 +100,7 @@ Response Routes::answer(const Request& request) {
         return response;
     }
     if (std::optional<Response> refused = refusal(request, *route)) return *std::move(refused);
-    if (path == "/") return page("index.html", "text/html; charset=utf-8");
-    if (path == "/page.js") return page("page.js", "text/javascript; charset=utf-8");
-    if (path == "/page.css") return page("page.css", "text/css; charset=utf-8");
+    if (file) return {200, file->type, std::string(file->bytes), {}, {}};
     if (path == "/livez") return {200, "text/plain; charset=utf-8", "ok\n", {}, {}};
     if (path == "/readyz") return ready();
     if (path == "/metrics") return metrics();

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parts that several screens use: tables of names and numbers, notes, histograms and line plots with their tables.
+import {html} from "./vendor/preact-htm.js";
+import {count, quantile, span} from "./format.js";
+
+/** Rows [name, value]; those named in `bad` stand out where they are not 0. */
+export function Facts({rows, bad = [], label}) {
+  return html`<table class="facts" aria-label=${label}><tbody>${rows.map(([name, value]) => html`
+    <tr key=${name}><th scope="row">${name}</th><td class=${`number${bad.includes(name) && value > 0 ? " bad-number" : ""}`}>${
+      typeof value === "number" ? count(value) : value}</td></tr>`)}</tbody></table>`;
+}
+
+/** Why something is not shown, in one line. */
+export const Note = ({error, children}) => error || children
+  ? html`<p class="note" role="note">${error ? error.message : children}</p>` : null;
+
+/** What became of a command; announced to screen readers. */
+export const Said = ({of}) => html`<p class=${`said${of.bad ? " bad" : ""}`} role="status">${of.busy ? "..." : of.said}</p>`;
+
+/** Histogram with buckets up to each of `bounds` us, and its figures as text. `figures`: {up_to, count, p50, p99, max} in us. */
+export function Histogram({title, figures, bounds}) {
+  const counts = figures.up_to.map((n, k) => n - (k ? figures.up_to[k - 1] : 0));
+  counts.push(figures.count - figures.up_to.at(-1));
+  const most = Math.log1p(Math.max(1, ...counts));
+  const upTo = (k) => k < bounds.length ? span(bounds[k]) : `over ${span(bounds.at(-1))}`;
+  return html`<figure class="histogram">
+    <h3>${title}</h3>
+    <svg viewBox="0 0 420 92" role="img" aria-label=${`${title}: median ${span(figures.p50)}, 99 % below ${span(figures.p99)}, largest ${span(figures.max)}`}>
+      <line x1="0" y1="76" x2="420" y2="76" />
+      ${counts.map((n, k) => {
+        const height = 66 * Math.log1p(n) / most;
+        return html`<rect x=${k * 21 + 2} y=${76 - height} width="17" height=${height}><title>${count(n)} up to ${upTo(k)}</title></rect>
+          ${k % 3 === 0 && k < bounds.length && html`<text x=${k * 21 + 10} y="88" text-anchor="middle">${span(bounds[k])}</text>`}`;
+      })}
+    </svg>
+    <figcaption>p50 ${span(figures.p50)}, p99 ${span(figures.p99)}, max ${span(figures.max)}; ${count(figures.count)} frames, logarithmic bars</figcaption>
+    <details><summary>Table</summary><table class="facts"><thead><tr><th scope="col">up to</th><th scope="col" class="number">frames</th></tr></thead>
+      <tbody>${counts.map((n, k) => n > 0 && html`<tr key=${k}><th scope="row">${upTo(k)}</th><td class="number">${count(n)}</td></tr>`)}</tbody></table></details>
+  </figure>`;
+}
+
+/** Figures as the daemon's of values in us. */
+export function figuresOf(values, bounds) {
+  const sorted = [...values].sort((a, b) => a - b);
+  let at = 0;
+  const upTo = bounds.map((bound) => { while (at < sorted.length && sorted[at] <= bound) ++at; return at; });
+  return {count: sorted.length, up_to: upTo, p50: quantile(sorted, 0.5), p99: quantile(sorted, 0.99), max: sorted.at(-1)};
+}
+
+const WIDTH = 900, HEIGHT = 220, LEFT = 62, RIGHT = 8, TOP = 8, BOTTOM = 22;
+
+/** Lines over whole numbers, times on a logarithmic scale. `x`: numbers in increasing order; `lines`: [{name, us: [number or null]}].
+ *  `title` and a table of `lines` describe it to those who do not see it. */
+export function TimePlot({title, x, lines}) {
+  const values = lines.flatMap((line) => line.us).filter((us) => us > 0);
+  if (x.length < 2 || !values.length) return html`<p class="note">No frames yet.</p>`;
+  const low = Math.floor(Math.log10(Math.min(...values))), high = Math.max(low + 1, Math.ceil(Math.log10(Math.max(...values))));
+  const first = x[0], last = x.at(-1);
+  const px = (v) => LEFT + (WIDTH - LEFT - RIGHT) * (v - first) / Math.max(1, last - first);
+  const py = (us) => TOP + (HEIGHT - TOP - BOTTOM) * (high - Math.log10(Math.max(us, 10 ** low))) / (high - low);
+  const decades = Array.from({length: high - low + 1}, (_, k) => low + k);
+  return html`<figure class="timeplot">
+    <svg viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label=${`${title}, frames ${first} to ${last}; the table below has the figures`}>
+      ${decades.map((d) => html`<line x1=${LEFT} x2=${WIDTH - RIGHT} y1=${py(10 ** d)} y2=${py(10 ** d)} />
+        <text x=${LEFT - 6} y=${py(10 ** d) + 4} text-anchor="end">${span(10 ** d)}</text>`)}
+      <text x=${LEFT} y=${HEIGHT - 5}>frame ${first}</text><text x=${WIDTH - RIGHT} y=${HEIGHT - 5} text-anchor="end">${last}</text>
+      ${lines.map((line, k) => {
+        let path = "", pen = false;
+        line.us.forEach((us, i) => {
+          if (us === null || us === undefined || Number.isNaN(us)) { pen = false; return; }
+          path += `${pen ? "L" : "M"}${px(x[i]).toFixed(1)} ${py(us).toFixed(1)}`;
+          pen = true;
+        });
+        return html`<path class=${`line line-${k}`} d=${path} />`;
+      })}
+    </svg>
+    <figcaption class="legend">${lines.map((line, k) => html`<span key=${line.name}><svg class="key" viewBox="0 0 24 8" aria-hidden="true"><path class=${`line line-${k}`} d="M0 4L24 4" /></svg>${line.name}</span>`)}</figcaption>
+  </figure>`;
+}
+
+/** Quantiles of each line of a TimePlot. */
+export function SpanTable({lines}) {
+  const shown = lines.map((line) => ({name: line.name, sorted: line.us.filter((us) => us !== null && us !== undefined).sort((a, b) => a - b)}));
+  return html`<table class="grid"><thead><tr><th scope="col">stage</th>${["frames", "p50", "p90", "p99", "max"].map((t) =>
+    html`<th scope="col" class="number">${t}</th>`)}</tr></thead>
+    <tbody>${shown.map(({name, sorted}) => html`<tr key=${name}><th scope="row">${name}</th><td class="number">${count(sorted.length)}</td>
+      ${[0.5, 0.9, 0.99, 1].map((share) => html`<td class="number">${span(quantile(sorted, share))}</td>`)}</tr>`)}</tbody></table>`;
+}
