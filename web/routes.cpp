@@ -50,7 +50,8 @@ Response problem(unsigned status, std::string_view type, std::string_view detail
 /// A file of the page; none: the path is none of them.
 const PageFile* page_file(std::string_view path) {
     const auto files = page_files();
-    const auto file = std::find_if(files.begin(), files.end(), [&](const PageFile& f) { return f.path == path; });
+    const auto file =
+        std::find_if(files.begin(), files.end(), [&](const PageFile& f) { return f.path == path; });
     return file == files.end() ? nullptr : &*file;
 }
 

@@ -105,8 +105,8 @@ class Browser:
         """First true value of an expression; None after the patience."""
         end = time.monotonic() + patience_s
         while time.monotonic() < end:
-            if value := self.evaluate(script):
-                return value
+            if (value := self.evaluate(script)) not in (None, False, 0, ""):  # an element comes as {}
+                return value or True
             time.sleep(0.05)
         return None
 

@@ -93,11 +93,11 @@ def first_features():
     ]}
 
 
-KINDS = [{"name": name, "help": help, "parameters": [
-    {"name": "percent", "unit": "%", "default": 100, "help": "Share that is struck"}, {"name": "first", "default": 1, "help": "First frame or command"},
+FAULT_PARAMETERS = [
+    {"name": "kind", "type": "string", "required": True, "help": "What goes wrong"}, {"name": "percent", "unit": "%", "default": 100, "help": "Share that is struck"}, {"name": "first", "default": 1, "help": "First frame or command"},
     {"name": "last", "default": 0, "help": "Last one; 0: no end"}, {"name": "every", "default": 1, "help": "Only every so many"},
-    {"name": "burst_packets", "default": 1, "help": "Packets in a row"}, {"name": "amount", "default": 1, "help": "us or ids"}]}
-    for name, help in [("lose", "Payload packets are withheld when first sent; a resend brings them"), ("lose_for_good", "Payload packets are withheld, also in resends"),
+    {"name": "burst_packets", "default": 1, "help": "Packets in a row"}, {"name": "amount", "default": 1, "help": "us or ids"}]
+KINDS = [{"name": name, "help": help} for name, help in [("lose", "Payload packets are withheld when first sent; a resend brings them"), ("lose_for_good", "Payload packets are withheld, also in resends"),
                        ("skip_frame", "The frame is not sent"), ("freeze_frame", "The picture of the last frame that was not struck"),
                        ("wrong_timestamp", "The time stamp is off by the amount"), ("mute_control", "Commands are not answered")]]
 
@@ -160,10 +160,10 @@ class PageDouble:
         late = 9_000_000 if frame % 173 == 0 else int(dice.lognormvariate(7, 1))
         stages = [edge + int(us * 1000) for us in (dice.lognormvariate(3, .3), dice.lognormvariate(4, .3), 300 + dice.random() * 90, 9000 + 3000 * dice.random(), 13000 + 3000 * dice.random())]
         return [frame, frame, edge, *stages, edge + 20_000_000, edge + 20_000_000 + late // 3, edge + 96_000_000, edge + 96_000_000 + late, 512, 12 if late > 5e6 else 0,
-                late, dice.randrange(512), 1 if late > 5e6 else 0, 0, edge + 20_310_000 + late // 3, edge + 96_400_000 + late]
+                late, dice.randrange(512), 1 if late > 5e6 else 0, 0, 1, edge + 20_310_000 + late // 3, edge + 96_400_000 + late]
 
     TIMING_COLUMNS = ["frame_id", "trigger_id", "edge_ns", "seen_ns", "pose_ns", "render_begin_ns", "render_end_ns", "detector_end_ns", "due_ns", "first_ns", "last_due_ns",
-                      "last_ns", "rows", "late_rows", "worst_row_ns", "worst_row", "flags", "stalled_rows", "gige_first_byte_ns", "gige_last_byte_ns"]
+                      "last_ns", "rows", "late_rows", "worst_row_ns", "worst_row", "flags", "stalled_rows", "acquisition", "gige_first_byte_ns", "gige_last_byte_ns"]
 
     def state(self):
         edge, first, last, worst = (self.TIMING_COLUMNS.index(n) for n in ("edge_ns", "first_ns", "last_ns", "worst_row_ns"))
@@ -231,7 +231,8 @@ class PageDouble:
                  "clock: PPS lost for 1.2 s", "monitor: /run/obscura/obscurad-4711.socket"])]
             say({"events": [line for line in lines if line["id"] > int(query.get("after", 0))]})
         elif path == "audit":
-            say({"entries": [{"utc": "2026-11-23T19:07:00Z", "who": self.role, "peer": "127.0.0.1", "call": c, "arguments": json.dumps(b)} for c, _, b in self.asked]})
+            say({"last": len(self.asked), "changes": [{"id": k + 1, "utc": "2026-11-23T19:07:00Z", "who": self.role, "peer": "127.0.0.1", "what": p.rsplit("/", 1)[1], "camera": CAMERA,
+                                                       "before": None, "after": b, "forced": False} for k, (_, p, b) in enumerate(self.asked)]})
         elif path == "features" and command == "PATCH":
             self.change(request, body, say)
         elif path == "features":
@@ -248,12 +249,13 @@ class PageDouble:
                 self.frame += 1
                 say({"accepted": True, "edge_tai_ns": "5", "outcome": "complete", "frame": self.frame, "late_rows": 0, "seconds": 0.0961})
         elif path == "timing":
-            rows = [r for r in self.timing if r[0] > int(query.get("after", 0))][-600:]
-            say({"columns": self.TIMING_COLUMNS, "rows": rows, "last": self.timing[-1][0]})
+            after = int(query.get("after", 0))
+            rows = self.timing[after:][:int(query.get("most", 64))]
+            say({"columns": self.TIMING_COLUMNS, "rows": rows, "last": after + len(rows)})
         elif path == "faults":
             if command == "PUT":
                 self.rules = body["rules"]
-            say({"kinds": KINDS, "rules": [{**r, "struck": 7} for r in self.rules]})
+            say({"kinds": KINDS, "parameters": FAULT_PARAMETERS, "rules": [{**r, "origin": "call", "struck": 7} for r in self.rules]})
         elif path == "truth":
             say(self.truth())
         elif path == "scenes":

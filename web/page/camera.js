@@ -29,8 +29,7 @@ function Field({row, value, disabled, onValue, id}) {
 /** Why a row cannot change; "": it can. */
 function lockOf(row, state, may) {
   if (!may.operate) return "your role only looks";
-  if (row.locked_by) return row.locked_by;
-  if (row.locked) return state.acquiring ? "locked while it acquires" : "cannot change now";
+  if (row.locked) return row.why || (state.acquiring ? "locked while it acquires" : "cannot change now");
   return "";
 }
 

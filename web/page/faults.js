@@ -20,7 +20,9 @@ const PARAMETERS = [{name: "percent", unit: "%", default: 100, help: "Share of p
                     {name: "every", default: 1, help: "Only every so many"}, {name: "burst_packets", default: 1, help: "Packets in a row"},
                     {name: "amount", default: 1, help: "delay, wrong_timestamp: us; wrong_block_id: how far off"}];
 
-const told = ({struck, ...rule}) => rule;
+const ORIGINS = {configuration: "the configuration", call: "an operator", feature: "a GigE Vision client"};
+
+const told = ({struck, origin, ...rule}) => rule;
 /** A rule without what is as by default. */
 const text = (rule, parameters) => parameters.filter((p) => rule[p.name] !== undefined && rule[p.name] !== p.default)
   .map((p) => `${words(p.name)} ${figure(rule[p.name])}${p.unit ? ` ${p.unit}` : ""}`).join(", ") || "always";
@@ -34,10 +36,7 @@ export function Faults({camera, may, faults}) {
   const command = useCommand();
   const [draft, setDraft] = useState({kind: "lose", percent: 1});
   const rules = value?.rules ?? [], kinds = value?.kinds ?? [];
-  const described = (kind) => {
-    const own = kinds.find((k) => k.name === kind)?.parameters;
-    return Array.isArray(own) && own.length && typeof own[0] === "object" ? own : PARAMETERS;
-  };
+  const parameters = value?.parameters?.filter((p) => p.name !== "kind") ?? PARAMETERS;
   const put = (wanted, line) => command.run(async () => {
     await askJson(cameraPath(camera.id, "faults"), {method: "PUT", body: {rules: wanted}});
     again();
@@ -47,8 +46,8 @@ export function Faults({camera, may, faults}) {
   if (!value) return html`<div class="screen"><section class="panel"><h2>Faults</h2><${Note} error=${error}>Waiting for the daemon ...<//></section></div>`;
   return html`<div class="screen">
     <section class="panel" aria-labelledby="x-rules"><h2 id="x-rules">Armed</h2>
-      ${rules.length ? html`<table class="grid"><thead><tr><th scope="col">fault</th><th scope="col">when</th><th scope="col" class="number">struck</th><th scope="col"></th></tr></thead>
-        <tbody>${rules.map((rule, k) => html`<tr key=${k}><th scope="row">${words(rule.kind)}</th><td>${text(rule, described(rule.kind))}</td><td class="number">${count(rule.struck ?? 0)}</td>
+      ${rules.length ? html`<table class="grid"><thead><tr><th scope="col">fault</th><th scope="col">when</th><th scope="col">armed by</th><th scope="col" class="number">struck</th><th scope="col"></th></tr></thead>
+        <tbody>${rules.map((rule, k) => html`<tr key=${k}><th scope="row">${words(rule.kind)}</th><td>${text(rule, parameters)}</td><td>${ORIGINS[rule.origin] ?? rule.origin ?? "–"}</td><td class="number">${count(rule.struck ?? 0)}</td>
           <td>${may.operate && html`<button disabled=${command.busy} onClick=${() => put(rules.filter((_, j) => j !== k).map(told), "Disarmed.")} aria-label=${`disarm ${words(rule.kind)}`}>disarm</button>`}</td></tr>`)}</tbody></table>`
         : html`<p>No fault is armed.</p>`}
       ${may.operate && html`<div class="buttons"><button class="danger" disabled=${command.busy || !rules.length} onClick=${() => put([], "All disarmed.")}>disarm all</button></div>`}
@@ -58,7 +57,7 @@ export function Faults({camera, may, faults}) {
       <section class="panel" aria-labelledby="x-own"><h2 id="x-own">A rule of your own</h2>
         <form onSubmit=${(e) => { e.preventDefault(); arm(draft); }}><div class="form">
           <label>fault <select value=${draft.kind} onChange=${(e) => setDraft({kind: e.target.value})}>${kinds.map((k) => html`<option key=${k.name} value=${k.name}>${words(k.name)}</option>`)}</select></label>
-          ${described(draft.kind).filter((p) => p.name !== "kind").map((p) => html`<label key=${p.name} title=${p.help}>${words(p.name)}${p.unit ? `, ${p.unit}` : ""}
+          ${parameters.map((p) => html`<label key=${p.name} title=${p.help}>${words(p.name)}${p.unit ? `, ${p.unit}` : ""}
             <input type="number" step="any" value=${draft[p.name] ?? p.default ?? ""} onInput=${(e) => setDraft({...draft, [p.name]: e.target.value === "" ? undefined : Number(e.target.value)})} /></label>`)}</div>
           <p class="small">${kinds.find((k) => k.name === draft.kind)?.help ?? ""}</p>
           <div class="buttons"><button type="submit" disabled=${command.busy || !kinds.length}>arm</button></div></form></section>`

@@ -28,8 +28,8 @@ function useViewer(camera) {
       note: (line) => { told.note = line; changed(); },
     });
     const fitCanvas = () => {
-      const box = stage.current.getBoundingClientRect(), ratio = devicePixelRatio || 1;
-      viewer.resize(Math.max(1, Math.round(box.width * ratio)), Math.max(1, Math.round(box.height * ratio)));
+      const {clientWidth, clientHeight} = stage.current, ratio = devicePixelRatio || 1; // without the border
+      viewer.resize(Math.max(1, Math.round(clientWidth * ratio)), Math.max(1, Math.round(clientHeight * ratio)));
     };
     const observer = new ResizeObserver(fitCanvas);
     observer.observe(stage.current);

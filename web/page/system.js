@@ -46,12 +46,12 @@ function Configuration({camera}) {
 function Audit() {
   const {value, error} = useRepeated(() => askJson("api/v1/audit"), AUDIT_MS, "audit");
   if (error?.status === 403) return null;
-  const entries = [...(value?.entries ?? value?.audit ?? [])].reverse();
-  const columns = [...new Set(entries.flatMap((entry) => Object.keys(entry)))];
+  const entries = [...(value?.changes ?? [])].reverse();
   return html`<section class="panel" aria-labelledby="y-audit"><h2 id="y-audit">Changes through this page and its API</h2>
     ${!value ? html`<${Note} error=${error} />` : !entries.length ? html`<p>None since obscura-web started.</p>` : html`<div class="scroll" tabindex="0" role="region" aria-label="Changes"><table class="grid">
-      <thead><tr>${columns.map((name) => html`<th scope="col">${name.replaceAll("_", " ")}</th>`)}</tr></thead>
-      <tbody>${entries.map((entry, k) => html`<tr key=${entry.id ?? k}>${columns.map((name) => html`<td>${valueText(entry[name] ?? "")}</td>`)}</tr>`)}</tbody></table></div>`}</section>`;
+      <thead><tr>${["time, UTC", "who", "from", "camera", "what", "before", "after"].map((name) => html`<th scope="col">${name}</th>`)}</tr></thead>
+      <tbody>${entries.map((e) => html`<tr key=${e.id}><td>${e.utc.replace("T", " ").replace("Z", "")}</td><td>${e.who}</td><td>${e.peer}</td><td>${e.camera}</td>
+        <td>${e.what}${e.forced ? ", forced" : ""}</td><td>${valueText(e.before ?? "")}</td><td>${valueText(e.after ?? "")}</td></tr>`)}</tbody></table></div>`}</section>`;
 }
 
 export function System({camera, daemon, web}) {

@@ -5,26 +5,30 @@ import {askJson, cameraPath, save, useRepeated} from "./api.js";
 import {count, span, words} from "./format.js";
 import {Facts, Histogram, Note, SpanTable, TimePlot, figuresOf} from "./parts.js";
 
-const PERIOD_MS = 1000, MOST = 600, WORST = 10;
+const PERIOD_MS = 1000, MOST = 600, AT_ONCE = 256, WORST = 10;
 const STAGES = [["trigger seen", "seen_ns"], ["pose taken", "pose_ns"], ["rendered", "render_end_ns"], ["detected", "detector_end_ns"], ["first row", "first_ns"], ["last row", "last_ns"]];
 const COUNTED = {trigger_to_first_row: "Trigger to first row", trigger_to_last_row: "Trigger to last row", release_lateness: "Release lateness"};
 const FLAGS = [[1, "late rows"], [2, "picture of an earlier frame"], [4, "rows missing"], [8, "no pixels"], [16, "exposure or windows clamped"],
                [32, "image lag not known"], [64, "below full quality"], [128, "biased"], [1024, "stalled by the system"]];
 
+/** Difference of instants in us; those that a double cannot hold come as texts. */
+const between = (later, earlier) => (typeof later === "string" || typeof earlier === "string" ? Number(BigInt(later) - BigInt(earlier)) : later - earlier) / 1e3;
 const reasons = (flags) => FLAGS.filter(([bit]) => flags & bit).map(([, name]) => name).join(", ") || "–";
 
-/** Newest rows of the timing ring, the latest acquisition's only: {columns, rows, lost}. */
+/** The newest frames of the latest acquisition: {columns, rows}. `last` counts the frames of all acquisitions, since ids begin anew. */
 function useTiming(camera) {
-  const kept = useRef({id: null, columns: [], rows: []});
+  const none = {id: camera.id, last: 0, columns: [], rows: []}, kept = useRef(none);
   const {value, error} = useRepeated(async () => {
-    if (kept.current.id !== camera.id) kept.current = {id: camera.id, columns: [], rows: []};
-    const {columns, rows} = kept.current, last = rows.at(-1)?.[0] ?? 0;
-    let answer = await askJson(cameraPath(camera.id, `timing?after=${last}`));
-    // Frame ids begin again with each acquisition.
-    const restarted = answer.rows.length === 0 && Number(answer.last) < last;
-    if (restarted) answer = await askJson(cameraPath(camera.id, "timing?after=0"));
-    const all = restarted || answer.columns.join() !== columns.join() ? answer.rows : [...rows, ...answer.rows];
-    kept.current = {id: camera.id, columns: answer.columns, rows: all.slice(-MOST)};
+    if (kept.current.id !== camera.id) kept.current = none;
+    for (let asked = 0; asked < MOST; asked += AT_ONCE) {
+      const before = kept.current;
+      const answer = await askJson(cameraPath(camera.id, `timing?after=${before.last}&most=${AT_ONCE}`)), last = Number(answer.last);
+      // The daemon has begun anew.
+      if (last < before.last) { kept.current = none; continue; }
+      const acquisition = answer.columns.indexOf("acquisition"), all = [...before.rows, ...answer.rows], newest = all.at(-1)?.[acquisition];
+      kept.current = {id: camera.id, last, columns: answer.columns, rows: all.filter((row) => row[acquisition] === newest).slice(-MOST)};
+      if (answer.rows.length < AT_ONCE) break;
+    }
     return kept.current;
   }, PERIOD_MS, camera.id);
   return {timing: value, error};
@@ -38,7 +42,7 @@ function Frames({timing, bounds, camera}) {
   const at = Object.fromEntries(timing.columns.map((name, k) => [name, k]));
   const since = (row, column) => {
     const ns = row[at[column]], edge = row[at.edge_ns];
-    return ns && edge ? (ns - edge) / 1e3 : null;
+    return ns && edge ? between(ns, edge) : null;
   };
   const outlets = timing.columns.filter((name) => name.endsWith("_first_byte_ns")).map((name) => [`first byte, ${name.slice(0, -14)}`, name]);
   const x = timing.rows.map((row) => row[0]);
@@ -65,7 +69,9 @@ function Frames({timing, bounds, camera}) {
 
 export function Timing({camera, bounds}) {
   const {timing, error} = useTiming(camera);
-  const c = camera.state.camera, latency = camera.state.latency_us ?? {}, stages = camera.state.stages_us ?? {};
+  const c = camera.state.camera, latency = camera.state.latency_us ?? {};
+  const {first_byte: outlets = {}, ...inner} = camera.state.stages_us ?? {};
+  const stages = [...Object.entries(inner), ...Object.entries(outlets).map(([kind, f]) => [`first byte, ${kind}`, f])];
   const missed = Object.entries(c.missed_because ?? {});
   return html`<div class="screen">
     <section class="panel" aria-labelledby="t-start"><h2 id="t-start">Since the start</h2><div class="columns">
@@ -76,7 +82,7 @@ export function Timing({camera, bounds}) {
         <h3>Clock</h3><${Facts} label="Clock" rows=${[["state", camera.state.clock.state], ["source", camera.state.clock.source], ["trigger ready", camera.state.trigger_ready ? "yes" : "no"]]} /></div>
     </div><div class="columns histograms">
       ${Object.entries(COUNTED).filter(([name]) => latency[name]?.up_to).map(([name, title]) => html`<${Histogram} key=${name} title=${title} figures=${latency[name]} bounds=${bounds} />`)}
-      ${Object.entries(stages).filter(([, f]) => f?.up_to).map(([name, f]) => html`<${Histogram} key=${name} title=${words(name)} figures=${f} bounds=${bounds} />`)}
+      ${stages.filter(([, f]) => f?.up_to).map(([name, f]) => html`<${Histogram} key=${name} title=${words(name)} figures=${f} bounds=${bounds} />`)}
     </div></section>
     ${timing ? html`<${Frames} timing=${timing} bounds=${bounds} camera=${camera} />` : html`<section class="panel"><h2>Latest frames</h2><${Note} error=${error}>Waiting for the daemon ...<//></section>`}
   </div>`;

@@ -2,7 +2,7 @@
 // Picture on a canvas: zoom, position, stretch, and which part of the image is wanted from the server.
 import {countsOf, endsOf, tableOf} from "./stretch.js";
 
-const MOST_ZOOM = 64, PICTURES_PER_S = 10;
+const MOST_ZOOM = 64, MOST_BIN = 64, PICTURES_PER_S = 10;
 
 /** Sizes of the canvas and `scale` are in pixels of the device, positions in pixels of the image: pixel (3, 2) covers 3 to 4 and 2 to 3. */
 export class Viewer {
@@ -127,7 +127,7 @@ export class Viewer {
   view() {
     const {width, height} = this.image;
     if (!width) return {x: 0, y: 0, w: 0, h: 0, bin: 4, reduce: this.reduce, max_hz: PICTURES_PER_S};
-    const bin = Math.max(1, 2 ** Math.floor(Math.log2(1 / this.scale)));
+    const bin = Math.min(MOST_BIN, Math.max(1, 2 ** Math.floor(Math.log2(1 / this.scale))));
     const from = (at) => Math.max(0, Math.floor(at / bin) * bin);
     const x = from(this.left), y = from(this.top);
     return {x, y, w: Math.min(width, Math.ceil(this.left + this.canvas.width / this.scale)) - x,
