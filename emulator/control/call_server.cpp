@@ -38,6 +38,7 @@ std::filesystem::path scenes_of(const DaemonConfig& config) {
 
 CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& version)
     : daemon_(daemon),
+      monitor_(monitor),
       host_(version, cameras_of(daemon), scenes_of(daemon.config()), [&monitor] { return monitor.state(); }) {
 }
 
@@ -59,6 +60,8 @@ void CallServer::start() {
         addresses_.push_back(listener.address());
         log_info("calls: {}", listener.address());
     }
+    // The Unix socket, if there is one, tells who calls.
+    monitor_.set_control(addresses_.back());
     service::Limits limits;
     limits.clients = static_cast<std::size_t>(section.clients);
     limits.stack_bytes = stack_bytes;

@@ -43,6 +43,7 @@ public:
 
 private:
     Daemon& daemon_;
+    Monitor& monitor_;
     ControlHost host_;
     std::unique_ptr<service::Server> server_;
     std::vector<std::string> addresses_;

@@ -93,6 +93,7 @@ std::string Monitor::state() const {
     state["daemon"] = {{"version", version_},
                        {"pid", ::getpid()},
                        {"config", daemon_.config().source.string()},
+                       {"control", control_},
                        {"up_s", static_cast<double>(time - started_) / static_cast<double>(ns_per_s)},
                        {"resident_mib", resident_mib()},
                        {"log_lost", daemon_.lost_messages()}};

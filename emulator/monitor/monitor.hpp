@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace obscura::emulator {
@@ -26,6 +27,8 @@ public:
     /// Opens the socket. Throws HardwareError if the configuration names a path that cannot be opened; the
     /// automatic one is done without, with a warning.
     void start();
+    /// Path or address where programs call the daemon, for the answer to "state".
+    void set_control(std::string address) { control_ = std::move(address); }
     /// Takes a snapshot of the counters each second, and answers what has been asked.
     void tick();
 
@@ -38,6 +41,7 @@ private:
     Daemon& daemon_;
     const std::string version_;
     const Time started_;
+    std::string control_;              ///< empty: nowhere
     std::vector<RecentFrames> recent_; ///< of each camera
     std::vector<MonitorVerb> verbs_;
     std::optional<MonitorSocket> socket_;
