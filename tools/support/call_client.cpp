@@ -106,9 +106,16 @@ std::span<const std::uint16_t> CallClient::Answer::numbers(std::string_view name
     return {static_cast<const std::uint16_t*>(array->data), array->count};
 }
 
+std::span<const std::size_t> CallClient::Answer::shape(std::string_view name) const {
+    const obscura_array* const array = obscura_array_find(answer_.get(), std::string(name).c_str());
+    if (array == nullptr) return {};
+    return {array->shape, array->dimensions};
+}
+
 CallClient::CallClient(const std::string& address, const Options& options) {
     obscura_connect_options how{};
     how.timeout_s = options.timeout_s;
+    how.connect_timeout_s = options.connect_timeout_s;
     how.max_body_bytes = options.most_array_bytes;
     how.token_file = options.token_file.empty() ? nullptr : options.token_file.c_str();
     obscura_error error;

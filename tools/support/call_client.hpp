@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -42,12 +43,15 @@ public:
         /// Elements of an array of type uint16 that lives as long as this, or a copy of this; empty: the
         /// answer has none of that name and type.
         [[nodiscard]] std::span<const std::uint16_t> numbers(std::string_view name) const;
+        /// Length of each dimension of an array, slowest first; empty: the answer has none of that name.
+        [[nodiscard]] std::span<const std::size_t> shape(std::string_view name) const;
 
     private:
         std::shared_ptr<obscura_answer> answer_;
     };
     struct Options {
-        double timeout_s = 600;                      ///< longest silence, and longest wait for the connection
+        double timeout_s = 600;                      ///< longest silence of the daemon
+        double connect_timeout_s = 10;               ///< longest wait for the connection
         std::string token_file{};                    ///< that the daemon wants; empty: none
         std::uint64_t most_array_bytes = 1ULL << 30; ///< of one answer
     };

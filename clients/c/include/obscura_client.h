@@ -79,10 +79,11 @@ typedef struct obscura_error {
 
 /** How obscura_connect() does it. Members that are 0 have their default. */
 typedef struct obscura_connect_options {
-    double timeout_s;        /**< longest silence of the server, and longest wait for a connection; 600 */
+    double timeout_s;        /**< longest silence of the server; 600 */
     uint64_t max_body_bytes; /**< largest arrays of one answer; 2^36 */
     const char* token_file; /**< file of the token that the server wants (obscura serve --make-token); none */
-    uint64_t reserved[5];   /**< 0 */
+    double connect_timeout_s; /**< longest wait for the connection and the server's greeting; timeout_s */
+    uint64_t reserved[4];     /**< 0 */
 } obscura_connect_options;
 
 /** What obscura_start() starts. Members that are 0 have their default. */

@@ -291,7 +291,8 @@ obscura_client* obscura_connect(const char* address, const obscura_connect_optio
     }
     client->socket = client->wake[0] = client->wake[1] = -1;
     client->server.input = client->server.complaints = -1;
-    client->timeout_s = options->timeout_s > 0 ? options->timeout_s : 600;
+    const double timeout_s = options->timeout_s > 0 ? options->timeout_s : 600;
+    client->timeout_s = options->connect_timeout_s > 0 ? options->connect_timeout_s : timeout_s;
     client->max_body_bytes = options->max_body_bytes > 0 ? options->max_body_bytes : (uint64_t)1 << 36;
     client->next_id = 1;
     client->address = oc_text_copy(address, strlen(address));
@@ -301,6 +302,7 @@ obscura_client* obscura_connect(const char* address, const obscura_connect_optio
     } else if ((client->socket = oc_open(address, oc_now_s() + client->timeout_s, why, sizeof why)) < 0) {
         oc_lose(client, "%s", why);
     } else if (greet(client, options->token_file) == OBSCURA_OK) {
+        client->timeout_s = timeout_s;
         return client;
     }
     if (error != NULL) *error = client->error;
