@@ -37,15 +37,15 @@ Tokens Tokens::read(const std::filesystem::path& file) {
     for (std::size_t number = 1; std::getline(in, text); ++number) {
         if (text.empty() || text.front() == '#') continue;
         std::istringstream words(text);
-        std::string role, hash, more;
-        words >> role >> hash >> more;
+        std::string role, hash, name, more;
+        words >> role >> hash >> name >> more;
         const std::optional<Role> known = enum_named<Role>(role);
-        if (!known || !tools::is_sha256(hash) || !more.empty())
+        if (!known || !tools::is_sha256(hash) || !(name.empty() || is_name(name)) || !more.empty())
             throw InputError(
-                fmt::format("{}:{}: a line is a role (viewer, operator or admin) and 64 hexadecimal digits, "
-                            "as obscura-web --new-token writes it",
+                fmt::format("{}:{}: a line is a role (viewer, operator or admin), 64 hexadecimal digits, and "
+                            "perhaps a name, as obscura-web --new-token writes it",
                             file.string(), number));
-        tokens.hashes_.emplace_back(hash, *known);
+        tokens.hashes_.emplace_back(hash, Holder{*known, name.empty() ? hash.substr(0, 8) : name});
     }
     return tokens;
 }
@@ -63,20 +63,27 @@ std::string Tokens::make() {
     return token;
 }
 
-std::string Tokens::line(Role role, std::string_view token) {
-    return fmt::format("{} {}", name_of(role), tools::sha256_of(token));
+std::string Tokens::line(Role role, std::string_view token, std::string_view name) {
+    return fmt::format("{} {}{}{}", name_of(role), tools::sha256_of(token), name.empty() ? "" : " ", name);
+}
+
+bool Tokens::is_name(std::string_view name) {
+    return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+        return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
+    });
 }
 
 void Tokens::add(Role role, std::string_view token) {
-    hashes_.emplace_back(tools::sha256_of(token), role);
+    const std::string hash = tools::sha256_of(token);
+    hashes_.emplace_back(hash, Holder{role, hash.substr(0, 8)});
 }
 
-std::optional<Role> Tokens::role_of(std::string_view token) const {
+std::optional<Holder> Tokens::holder_of(std::string_view token) const {
     const std::string hash = tools::sha256_of(token);
-    std::optional<Role> found;
-    for (const auto& [known, role] : hashes_)
-        if (CRYPTO_memcmp(known.data(), hash.data(), hash.size()) == 0) found = role;
-    return found;
+    const Holder* found = nullptr;
+    for (const auto& [known, holder] : hashes_)
+        if (CRYPTO_memcmp(known.data(), hash.data(), hash.size()) == 0) found = &holder;
+    return found == nullptr ? std::nullopt : std::optional(*found);
 }
 
 void WrongTokens::note(const std::string& address, Clock::time_point now) {
@@ -94,10 +101,11 @@ bool WrongTokens::too_many(const std::string& address, Clock::time_point now) co
     return found != times_.end() && found->second.size() >= most && now - found->second.front() < window;
 }
 
-OwnNames::OwnNames(const std::vector<std::string>& names, std::uint16_t port) {
+OwnNames::OwnNames(const std::vector<std::string>& names, std::uint16_t port, bool secure)
+    : scheme_(secure ? "https://" : "http://") {
     const auto add = [&](std::string_view name) {
         hosts_.push_back(fmt::format("{}:{}", lower(name), port));
-        if (port == 80) hosts_.push_back(lower(name));
+        if (port == (secure ? 443 : 80)) hosts_.push_back(lower(name));
     };
     for (const char* own : {"localhost", "127.0.0.1", "[::1]"})
         add(own);
@@ -110,8 +118,7 @@ bool OwnNames::allows_host(std::string_view host) const {
 }
 
 bool OwnNames::allows_origin(std::string_view origin) const {
-    constexpr std::string_view scheme = "http://";
-    return origin.starts_with(scheme) && allows_host(origin.substr(scheme.size()));
+    return origin.starts_with(scheme_) && allows_host(origin.substr(scheme_.size()));
 }
 
 } // namespace obscura::web

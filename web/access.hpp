@@ -29,24 +29,32 @@ constexpr auto enum_names(Role /*type*/) {
                       EnumName{Role::admin, "admin"}};
 }
 
+/// Whose a token is.
+struct Holder {
+    Role role = Role::viewer;
+    std::string name; ///< that the file gives, else the first 8 digits of the token's hash
+};
+
 /// Tokens that the server knows, as SHA-256 of each: the file that keeps them gives none away.
 class Tokens {
 public:
     Tokens() = default;
-    /// Reads lines "ROLE SHA256"; "#" begins a comment. Throws InputError with file, line and what is
+    /// Reads lines "ROLE SHA256 [NAME]"; "#" begins a comment. Throws InputError with file, line and what is
     /// allowed.
     [[nodiscard]] static Tokens read(const std::filesystem::path& file);
     /// A new one: 32 random bytes in 43 characters of base64url. Throws HardwareError.
     [[nodiscard]] static std::string make();
-    /// The line of a token in such a file, without its end.
-    [[nodiscard]] static std::string line(Role role, std::string_view token);
+    /// The line of a token in such a file, without its end. `name`: see is_name(); empty: none.
+    [[nodiscard]] static std::string line(Role role, std::string_view token, std::string_view name);
+    /// Whether a token may have that name: 1 to 32 letters, digits, ".", "_" and "-".
+    [[nodiscard]] static bool is_name(std::string_view name);
 
     void add(Role role, std::string_view token);
     /// Takes as long whether a token is known or not, and which it is.
-    [[nodiscard]] std::optional<Role> role_of(std::string_view token) const;
+    [[nodiscard]] std::optional<Holder> holder_of(std::string_view token) const;
 
 private:
-    std::vector<std::pair<std::string, Role>> hashes_;
+    std::vector<std::pair<std::string, Holder>> hashes_;
 };
 
 /// Counts wrong tokens by address, and refuses those of which too many came within a minute.
@@ -70,14 +78,15 @@ private:
 class OwnNames {
 public:
     /// `names`: "bench.example.org"; localhost, 127.0.0.1 and [::1] are always allowed. `port`: of the
-    /// listener.
-    OwnNames(const std::vector<std::string>& names, std::uint16_t port);
+    /// listener. `secure`: pages come by https.
+    OwnNames(const std::vector<std::string>& names, std::uint16_t port, bool secure = false);
     /// `host`: header Host, as it stands.
     [[nodiscard]] bool allows_host(std::string_view host) const;
     /// `origin`: header Origin; a request without one does not come from a page.
     [[nodiscard]] bool allows_origin(std::string_view origin) const;
 
 private:
+    std::string scheme_;
     std::vector<std::string> hosts_;
 };
 

@@ -4,6 +4,8 @@
 #include "core/error.hpp"
 #include "tools/support/monitor_client.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <utility>
@@ -69,6 +71,8 @@ void DaemonWatch::look() {
                     event["pid"] = pid;
                     events.push_back(std::move(event));
                 }
+                for (std::size_t k = 0; k < state.at("cameras").size(); ++k)
+                    state["cameras"][k]["id"] = fmt::format("{}-{}", pid, k);
                 sighting->states.push_back(std::move(state));
             } catch (const std::exception& error) { // has gone meanwhile, or is another version
                 sighting->error = error.what();

@@ -20,8 +20,9 @@ namespace obscura::web {
 
 /// What all daemons said at one time.
 struct Sighting {
-    std::vector<nlohmann::ordered_json> states; ///< answers to "state", in the order of their sockets
-    std::string error;                          ///< why there is none, else empty
+    /// Answers to "state", in the order of their sockets; each camera has also an `id`, "PID-N".
+    std::vector<nlohmann::ordered_json> states;
+    std::string error; ///< why there is none, else empty
     std::chrono::steady_clock::time_point at;
 };
 

@@ -2,6 +2,8 @@
 #include "web/http_server.hpp"
 
 #include "core/error.hpp"
+#include "web/problem.hpp"
+#include "web/worker.hpp"
 
 // Asio of Boost 1.74 needs it included before.
 #include <boost/asio/ip/tcp.hpp>
@@ -59,11 +61,35 @@ tcp::endpoint endpoint_of(const std::string& address) {
     return {ip, port};
 }
 
+/// Views of the message.
+Request request_of(const http::request<http::string_body>& message) {
+    const auto value = [&](auto name) {
+        const auto found = message[name];
+        return std::string_view(found.data(), found.size());
+    };
+    Request request;
+    request.method = {message.method_string().data(), message.method_string().size()};
+    request.target = {message.target().data(), message.target().size()};
+    request.has_host = message.count(http::field::host) == 1;
+    request.host = value(http::field::host);
+    request.has_origin = message.count(http::field::origin) > 0;
+    request.origin = value(http::field::origin);
+    request.content_type = value(http::field::content_type);
+    request.if_match = value(http::field::if_match);
+    request.if_none_match = value(http::field::if_none_match);
+    request.body = message.body();
+    constexpr std::string_view scheme = "Bearer ";
+    if (const std::string_view given = value(http::field::authorization); given.starts_with(scheme))
+        request.bearer = given.substr(scheme.size());
+    return request;
+}
+
 /// What the connections share; all of it on the server's thread.
 struct Shared {
     const HttpLimits& limits;
     Routes& routes;
     const DaemonWatch& watch;
+    Worker& worker;
     std::size_t connections = 0, streams = 0;
     std::map<std::string, std::size_t> of_address{};
 };
@@ -145,20 +171,7 @@ private:
 
     void answer() {
         const auto& message = parser_->get();
-        const auto value = [&](http::field name) {
-            const auto found = message[name];
-            return std::string_view(found.data(), found.size());
-        };
-        Request request;
-        request.method = {message.method_string().data(), message.method_string().size()};
-        request.target = {message.target().data(), message.target().size()};
-        request.has_host = message.count(http::field::host) == 1;
-        request.host = value(http::field::host);
-        request.has_origin = message.count(http::field::origin) > 0;
-        request.origin = value(http::field::origin);
-        constexpr std::string_view scheme = "Bearer ";
-        if (const std::string_view given = value(http::field::authorization); given.starts_with(scheme))
-            request.bearer = given.substr(scheme.size());
+        Request request = request_of(message);
         request.address = address_;
         Response response;
         if (only_health_ && request.target != "/livez") {
@@ -168,6 +181,33 @@ private:
         } else {
             response = shared_.routes.answer(request);
         }
+        if (response.job) {
+            take_job(*std::move(response.job));
+            return;
+        }
+        give(std::move(response));
+    }
+
+    /// Hands a job to the worker; what it answers comes back to this thread.
+    void take_job(Job job) {
+        stream_.expires_never();
+        // The last reference to this connection may end on the server's thread only.
+        const bool taken =
+            shared_.worker.take(std::move(job), [self = shared_from_this()](Response response) mutable {
+                const auto executor = self->stream_.get_executor();
+                asio::post(executor, [self = std::move(self), response = std::move(response)]() mutable {
+                    self->give(std::move(response));
+                });
+            });
+        if (taken) return;
+        Response response = problem(503, "busy", "too many requests wait for a daemon");
+        response.headers.emplace_back("Retry-After", "1");
+        give(std::move(response));
+    }
+
+    /// Sends the answer to the request that was read.
+    void give(Response response) {
+        const auto& message = parser_->get();
         const bool head = message.method() == http::verb::head;
         const unsigned version = message.version();
         const bool keep_alive = message.keep_alive() && !only_health_;
@@ -312,7 +352,8 @@ public:
     [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
 
     void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {
-        shared_.emplace(Shared{limits_, routes, watch});
+        Worker worker;
+        shared_.emplace(Shared{limits_, routes, watch, worker});
         accept();
         look(stopped);
         io_.run();

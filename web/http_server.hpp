@@ -37,8 +37,8 @@ public:
     HttpServer& operator=(const HttpServer&) = delete;
 
     [[nodiscard]] std::uint16_t port() const;
-    /// Serves on this thread until `stopped`, which is asked five times a second, returns true. The arguments
-    /// outlive the call.
+    /// Serves on this thread, and does jobs on one of its own, until `stopped`, which is asked five times a
+    /// second, returns true. The arguments outlive the call.
     void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped);
 
 private:

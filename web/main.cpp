@@ -7,9 +7,11 @@
 #include "tools/support/interrupt.hpp"
 #include "web/daemon_watch.hpp"
 #include "web/http_server.hpp"
+#include "web/openapi.hpp"
 #include "web/routes.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
 #include <cerrno>
@@ -31,9 +33,9 @@ using namespace obscura;
 using namespace obscura::web;
 
 struct Options {
-    std::string address = "127.0.0.1:8420", tokens, new_token, socket;
+    std::string address = "127.0.0.1:8420", tokens, new_token, name, role = "viewer", socket;
     std::vector<std::string> hosts;
-    bool insecure = false, version = false;
+    bool insecure = false, interface = false, version = false;
 };
 
 tools::CommandLine declare(Options& options) {
@@ -41,27 +43,32 @@ tools::CommandLine declare(Options& options) {
     line.program = "";
     line.summary = "serves page, metrics and events of the cameras of this machine over HTTP";
     line.description = "Asks every daemon of this machine that this user may ask twice a second through its "
-                       "monitor socket and "
-                       "shows a page, metrics for Prometheus and the log. Nothing can be changed through it. "
-                       "It listens at the "
-                       "loopback interface; who asks needs a token, which is part of the link that is "
-                       "printed. With --tokens FILE "
-                       "the tokens are those of the file, of which it holds the hashes only; otherwise one "
-                       "is made for this run.";
+                       "monitor socket and shows a page, metrics for Prometheus and the log. Through the "
+                       "calls of a daemon with [control] it changes settings, faults and scenes, for those "
+                       "whose token has the role operator or admin. It listens at the loopback interface; "
+                       "who asks needs a token, which is part of the link that is printed. With --tokens "
+                       "FILE the tokens are those of the file, of which it holds the hashes only; otherwise "
+                       "one is made for this run.";
     line.option("--listen", &options.address, "ADDRESS:PORT", "Listen here; port 0: any free one");
     line.option("--host", &options.hosts, "NAME",
                 "Further name by which browsers may call this server; may be given several times");
-    line.option("--tokens", &options.tokens, "FILE", "File of tokens, a line each: ROLE SHA256");
+    line.option("--tokens", &options.tokens, "FILE", "File of tokens, a line each: ROLE SHA256 [NAME]");
     line.option("--new-token", &options.new_token, "ROLE",
                 "Make a token, add it to the file of --tokens, print its link and end")
         .choices = {"viewer", "operator", "admin"};
+    line.option(
+        "--name", &options.name, "NAME",
+        "Name of the new token's holder, for the record of changes: letters, digits, \".\", \"_\", \"-\"");
+    line.option("--role", &options.role, "ROLE", "Role of the token that is made for this run").choices = {
+        "viewer", "operator", "admin"};
     line.option("--socket", &options.socket, "PATH",
                 "Ask the daemon with this socket (its monitor.socket) only");
     line.flag("--insecure", options.insecure,
               "Allow an address that is not of the loopback interface: tokens and pictures cross the network "
               "unencrypted");
+    line.flag("--print-interface", options.interface, "Print the interface as OpenAPI 3.1 and end");
     line.flag("--version", options.version, "Print the version and end");
-    line.examples = {"obscura-web", "obscura-web --tokens tokens --new-token viewer",
+    line.examples = {"obscura-web", "obscura-web --tokens tokens --new-token operator --name alice",
                      "curl -H \"Authorization: Bearer $TOKEN\" http://127.0.0.1:8420/metrics"};
     return line;
 }
@@ -73,11 +80,14 @@ std::string link(const std::string& host, const std::string& token) {
 
 int make_token(const Options& options) {
     if (options.tokens.empty()) throw tools::UsageError("obscura-web: --new-token: --tokens FILE is wanted");
+    if (!options.name.empty() && !Tokens::is_name(options.name))
+        throw tools::UsageError(
+            "obscura-web: --name: allowed are 1 to 32 letters, digits, \".\", \"_\" and \"-\"");
     const std::string token = Tokens::make();
     const mode_t before = ::umask(027);
     std::ofstream out(options.tokens, std::ios::app);
     ::umask(before);
-    out << Tokens::line(*enum_named<Role>(options.new_token), token) << '\n';
+    out << Tokens::line(*enum_named<Role>(options.new_token), token, options.name) << '\n';
     out.close();
     if (!out) throw OutputError(fmt::format("{}: {}", options.tokens, std::strerror(errno)));
     fmt::print("{}\n", link(options.address, token));
@@ -95,7 +105,7 @@ int serve(const Options& options) {
     std::string token;
     if (options.tokens.empty()) {
         token = Tokens::make();
-        tokens.add(Role::viewer, token);
+        tokens.add(*enum_named<Role>(options.role), token);
     } else {
         tokens = Tokens::read(options.tokens);
     }
@@ -117,6 +127,10 @@ int run(const std::vector<std::string>& arguments) {
     if (!declare(options).parse("obscura-web", arguments)) return exit_ok;
     if (options.version) {
         fmt::print("obscura-web {}\n", OBSCURA_VERSION);
+        return exit_ok;
+    }
+    if (options.interface) {
+        fmt::print("{}\n", openapi_document(OBSCURA_VERSION).dump(2));
         return exit_ok;
     }
     if (!options.new_token.empty()) return make_token(options);

@@ -1,47 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routes of the web server: what is answered under which path, and to whom.
+// Routes of the web server: who may ask what, and who answers it.
 #pragma once
 
 #include "web/access.hpp"
+#include "web/audit.hpp"
+#include "web/camera_jobs.hpp"
 #include "web/daemon_watch.hpp"
+#include "web/message.hpp"
+#include "web/route_table.hpp"
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 namespace obscura::web {
 
-/// A request as far as routes need it.
-struct Request {
-    std::string_view method, target;       ///< "GET", "/api/v1/events?after=3"
-    std::string_view host, origin, bearer; ///< of the headers; empty: missing
-    bool has_host = false, has_origin = false;
-    std::string address; ///< of the client, without port
-};
-
-/// An answer. `stream_after`: events with larger ids follow as they come, as server-sent events.
-struct Response {
-    unsigned status = 200;
-    std::string_view type; ///< of the body
-    std::string body;
-    std::vector<std::pair<std::string, std::string>> headers{};
-    std::optional<std::uint64_t> stream_after{};
-};
-
-/// One row of the table.
-struct Route {
-    std::string_view path;
-    std::optional<Role> role; ///< none: open to all
-    std::string_view help;
-};
-[[nodiscard]] std::span<const Route> routes();
-
-/// Answers requests from what a DaemonWatch has seen. Opens no file and asks no daemon. Thread-bound.
+/// Answers requests from what a DaemonWatch has seen, or by jobs that call its daemons. Opens no file and
+/// waits for nothing. Thread-bound; the jobs are for one worker's thread, which ends before this.
 class Routes {
 public:
     struct Settings {
@@ -58,16 +34,23 @@ public:
     [[nodiscard]] static std::string event_text(const WatchedEvent& event);
 
 private:
+    [[nodiscard]] Response checked_answer(const Request& request);
+    [[nodiscard]] Response dispatch(const Request& request, const Match& match, std::string_view query,
+                                    const Holder& holder);
     [[nodiscard]] Response ready() const;
     [[nodiscard]] Response state() const;
-    [[nodiscard]] Response metrics() const;
-    [[nodiscard]] Response events(std::string_view query) const;
-    /// The refusal; none: the request may go on.
-    [[nodiscard]] std::optional<Response> refusal(const Request& request, const Route& route);
+    [[nodiscard]] Response events(const nlohmann::ordered_json& query) const;
+    [[nodiscard]] Response camera_job(const Request& request, const Match& match,
+                                      nlohmann::ordered_json query, const Holder& holder);
+    /// Who asks. Throws Refusal unless that one may.
+    [[nodiscard]] Holder admit(const Request& request, Role wanted);
 
     const Settings settings_;
     const DaemonWatch& watch_;
     WrongTokens wrong_;
+    Audit audit_;
+    CameraJobs jobs_{audit_};
+    std::string openapi_; ///< made for the first who asks
 };
 
 } // namespace obscura::web

@@ -5,7 +5,6 @@
 Usage: web_test.py OBSCURAD OBSCURA OBSCURA-WEB SOURCE-DIRECTORY [MUTATED-REQUESTS (5000)]
 Exit status 1 if a check failed.
 """
-import http.client
 import json
 import pathlib
 import random
@@ -17,11 +16,12 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import web_server  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, obscura, web, source = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(sys.argv[4])
 MUTATED = int(sys.argv[5]) if len(sys.argv) > 5 else 5000
-PATIENCE_S = 60  # a busy machine, a sanitizer
+PATIENCE_S = web_server.PATIENCE_S
 failures = []
 
 
@@ -40,47 +40,9 @@ def wait_for(condition):
     return False
 
 
-class Web:
-    """A running obscura-web."""
-
+class Web(web_server.Web):
     def __init__(self, *arguments):
-        self.process = subprocess.Popen([web, "--listen", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
-        self.link = self.process.stdout.readline().strip()
-        self.port = int(self.link.split("//")[1].split("/")[0].split(":")[1])
-        self.token = self.link.partition("token=")[2]
-
-    def ask(self, path, method="GET", token=None, **headers):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
-        token = self.token if token is None else token
-        if token:
-            headers["Authorization"] = f"Bearer {token}"
-        connection.request(method, path, headers={key.replace("_", "-"): value for key, value in headers.items()})
-        answer = connection.getresponse()
-        answer.text = answer.read().decode()
-        connection.close()
-        return answer
-
-    def raw(self, data, until_closed=True):
-        """What comes back for bytes, until the server ends the connection."""
-        with socket.create_connection(("127.0.0.1", self.port), PATIENCE_S) as client:
-            try:
-                client.sendall(data)
-                answer = b""
-                while part := client.recv(65536):
-                    answer += part
-                    if not until_closed:
-                        break
-            except OSError:
-                pass
-            return answer
-
-    def resident_mib(self):
-        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
-        return int(status.split("VmRSS:")[1].split()[0]) / 1024
-
-    def end(self):
-        self.process.terminate()
-        return self.process.wait(PATIENCE_S)
+        super().__init__(web, *arguments)
 
 
 with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
@@ -139,7 +101,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     for origin in "http://bench.example.org", "null", f"https://localhost:{one.port}", "http://localhost":
         check(f"Origin {origin!r} is foreign", one.ask("/api/v1/state", Origin=origin).status == 403)
     check("the page's own origin is not", one.ask("/api/v1/state", Origin=f"http://127.0.0.1:{one.port}").status == 200)
-    for method in "POST", "PUT", "DELETE", "OPTIONS", "TRACE":
+    for method in "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE":
         check(f"{method} is refused", one.ask("/api/v1/state", method=method).status == 405)
     for target in "/etc/passwd", "/../etc/passwd", "/page.js/", "//", "/%2e%2e/", "*", "/api/v1/state/x":
         check(f"{target} is no path", one.ask(target).status == 404)

@@ -145,4 +145,5 @@ def main():
             sys.exit("%s is %r, expected %r" % (key, header.get(key), text))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,279 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The interface of obscura-web: every route for every kind of token, its OpenAPI document, changes of a camera and their record,
+frames, and a daemon that does not answer.
+
+Usage: web_api_test.py OBSCURAD OBSCURA-WEB SOURCE-DIRECTORY
+Answers are compared with their schemas where jsonschema is installed (Debian package python3-jsonschema). Exit status 1 if a check
+failed.
+"""
+import json
+import pathlib
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import web_server  # noqa: E402
+from read_image import read_fits, read_png  # noqa: E402
+from small_daemon import SmallDaemon  # noqa: E402
+
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None
+
+obscurad, web, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+PATIENCE_S = web_server.PATIENCE_S
+WIDTH, HEIGHT = 64, 48
+# Who may do what: a change here is a change of the interface.
+ROLES = {"page": None, "alive": None, "ready": "viewer", "metrics": "viewer", "state": "viewer", "events": "viewer", "me": "viewer",
+         "audit": "viewer", "openapi": "viewer", "features": "viewer", "features.set": "operator", "trigger": "operator",
+         "acquisition": "operator", "timing": "viewer", "faults": "viewer", "faults.set": "operator", "truth": "viewer", "scenes": "viewer",
+         "scene.show": "operator", "configuration": "viewer", "frame.json": "viewer", "frame.png": "viewer", "frame.fits": "viewer",
+         "frame.raw": "viewer"}
+HOLDERS = ["viewer", "operator", "admin"]
+failures = []
+
+
+def check(what, good, detail=""):
+    if not good:
+        failures.append(what)
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+
+
+def wait_for(condition):
+    end = time.monotonic() + PATIENCE_S
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.1)
+    return condition()
+
+
+class Document:
+    """The OpenAPI document: its operations, and whether an answer is one of theirs."""
+
+    def __init__(self, document):
+        self.document = document
+        self.operations = {operation["operationId"]: (method.upper(), path, operation) for path, item in document["paths"].items()
+                           for method, operation in item.items()}
+        self.seen = set()
+
+    def check(self):
+        parts = self.document["components"]
+        check("the document is OpenAPI 3.1 with title and version", self.document["openapi"] == "3.1.0" and
+              self.document["info"].keys() >= {"title", "version"})
+        check("its operations are those that this test knows, and have their roles",
+              {name: operation["x-role"] for name, (_, _, operation) in self.operations.items()} == ROLES)
+        refs = re.findall(r'"\$ref": "#/([^"]*)"', json.dumps(self.document))
+        for ref in sorted(set(refs)):
+            at = self.document
+            for part in ref.split("/"):
+                at = at.get(part, {})
+            check(f"{ref} exists", bool(at))
+        for name, (method, path, operation) in self.operations.items():
+            declared = [parts["parameters"][p["$ref"].split("/")[-1]] if "$ref" in p else p for p in operation.get("parameters", [])]
+            check(f"{name}: path, parameters and body fit", {p["name"] for p in declared if p["in"] == "path"} ==
+                  set(re.findall(r"{(\w+)}", path)) and ("requestBody" in operation) == (method != "GET") and
+                  operation["responses"].keys() & {"200"} and (operation.get("security") == [{}]) == (operation["x-role"] is None))
+        if jsonschema:
+            for name in parts["schemas"]:
+                jsonschema.Draft202012Validator.check_schema(parts["schemas"][name])
+
+    def fits(self, name, answer):
+        """Whether the document has the status and type of an answer, and its content is of the schema."""
+        method, _, operation = self.operations[name]
+        response = operation["responses"].get(str(answer.status))
+        if response is None:
+            return False
+        self.seen.add(name)
+        if "$ref" in response:
+            response = self.document["components"]["responses"][response["$ref"].split("/")[-1]]
+        if "content" not in response:
+            return not answer.content
+        kind = (answer.headers["Content-Type"] or "").split(";")[0]
+        if kind not in response["content"]:
+            return False
+        schema = response["content"][kind].get("schema")
+        if schema and jsonschema:
+            resolver = jsonschema.RefResolver("", self.document)
+            errors = list(jsonschema.Draft202012Validator(schema, resolver=resolver).iter_errors(json.loads(answer.text)))
+            for error in errors:
+                print("  ", error.message[:300])
+            return not errors
+        return not kind.endswith("json") or isinstance(json.loads(answer.text), dict)
+
+
+with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
+    folder = pathlib.Path(temporary)
+    camera = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\n')
+    tokens = {role: subprocess.run([web, "--tokens", folder / "tokens", "--new-token", role, "--name", f"{role}-1"], capture_output=True, text=True,
+                                   check=True).stdout.strip().partition("token=")[2] for role in HOLDERS}
+    server = web_server.Web(web, "--socket", camera.socket, "--tokens", folder / "tokens")
+    daemon = camera.start()
+    state = {}
+
+    def ask(name, body=None, role="operator", query="", camera_id=None, **headers):
+        method, path, _ = document.operations[name]
+        answer = server.ask(path.replace("{camera}", camera_id or ID) + query, method, tokens.get(role, role), body, **headers)
+        check(f"{name}{query} {body if body is not None else ''} is answered as the document says: {answer.status}",
+              answer.status in (401, 403, 415, 421, 429) or document.fits(name, answer), answer.text[:300])
+        return answer
+
+    def found():
+        global state
+        state = json.loads(server.ask("/api/v1/state", token=tokens["viewer"]).text)
+        return bool(state["daemons"]) and state["daemons"][0]["cameras"][0]["camera"]["complete"] > 0
+
+    check("the camera is found", wait_for(found), state)
+    ID = state["daemons"][0]["cameras"][0]["id"]
+    document = Document(json.loads(server.ask("/api/v1/openapi.json", token=tokens["viewer"]).text))
+    check("the camera's id is process and number", ID == f"{daemon.pid}-0" and state["daemons"][0]["daemon"]["control"] == str(folder / "calls"), ID)
+    document.check()
+
+    # Roles x routes.
+    wrong = 0
+    for name, (method, path, operation) in document.operations.items():
+        wanted, path = operation["x-role"], path.replace("{camera}", ID)
+        body = None if method == "GET" else {"no such": 1}
+        query = "?wait=0" if "/frames/" in path else "?follow=0" if name == "events" else ""
+        for holder in ["", "wrong", *HOLDERS]:
+            answer = server.ask(path + query, method, tokens.get(holder, holder), body)
+            if wanted is None:
+                good = answer.status == 200 and document.fits(name, answer)
+            elif holder not in HOLDERS:
+                wrong += holder == "wrong"
+                # After five wrong ones the address is heard with a right one only.
+                good = answer.status == (429 if wrong > 5 or (wrong == 5 and not holder) else 401)
+            elif HOLDERS.index(holder) < HOLDERS.index(wanted):
+                good = answer.status == 403
+            else:
+                good = answer.status not in (401, 403, 404, 405, 415, 421, 429, 500) and document.fits(name, answer)
+            check(f"{name} {'without a token' if not holder else f'with the token of {holder}'}: {answer.status}", good, answer.text[:300])
+        if method != "GET":
+            for kind in "text/plain", "application/x-www-form-urlencoded", "multipart/form-data", "application/jsonx":
+                check(f"{name} as {kind} is refused", server.ask(path, method, tokens["admin"], b"{}", Content_Type=kind).status == 415)
+            check(f"{name} from a page of another site is refused", server.ask(path, method, tokens["admin"], {}, Origin="http://bench.example").status == 403)
+        check(f"{name} under another host's name is refused", server.ask(path, method, tokens["admin"], body, Host="bench.example").status == 421)
+        others = {"GET", "POST", "PUT", "PATCH", "DELETE"} - {m.upper() for m in document.document["paths"][document.operations[name][1]]}
+        refused = server.ask(path, sorted(others)[0], tokens["admin"], {})
+        check(f"{name}: another method is refused with those that there are", refused.status == 405 and method in refused.headers["Allow"], refused.headers)
+    check("force is for admin", ask("features.set", {"Gain": 1}, query="?force=true").status == 403)
+    check("a token's role and name", json.loads(ask("me").text) == {"role": "operator", "name": "operator-1"})
+
+    # Settings.
+    rows = ask("features")
+    value = {row["name"]: row["value"] for row in json.loads(rows.text)["features"]}
+    changed = ask("features.set", {"Gain": 3, "ExposureTime": 50})
+    check("settings change together", json.loads(changed.text) == {"changed": {"Gain": 3.0, "ExposureTime": 50.0}}, changed.text)
+    again = ask("features")
+    check("the tag of settings changes with them", rows.headers["ETag"] != again.headers["ETag"] == changed.headers["ETag"])
+    check("what is known already is not sent again", ask("features", If_None_Match=again.headers["ETag"]).status == 304)
+    late = ask("features.set", {"Gain": 5}, If_Match=rows.headers["ETag"])
+    check("a change of what has changed since is refused", late.status == 412 and json.loads(late.text)["type"] == "urn:obscura:changed", late.text)
+    check("and one of what was read is made", ask("features.set", {"Gain": 5}, If_Match=again.headers["ETag"]).status == 200)
+    for body, text in ({"Gain": 300, "ExposureTime": 5000}, "allowed 0 to 24 dB"), ({"NoSuch": 1}, "NoSuch"), ({"Gain": [1]}, "Gain"):
+        refused = ask("features.set", body)
+        check(f"{body} is refused with the daemon's text", refused.status == 422 and text in json.loads(refused.text)["detail"], refused.text)
+    values = {row["name"]: row["value"] for row in json.loads(ask("features").text)["features"]}
+    check("a refused change changes nothing", values == {**value, "Gain": 5.0, "ExposureTime": 50.0})
+    locked = ask("features.set", {"Width": 32})
+    check("what cannot change now says so", locked.status == 409 and "acquires" in json.loads(locked.text)["detail"], locked.text)
+
+    # Acquisition, trigger, frames.
+    stopped = ask("acquisition", {"running": False})
+    check("the acquisition stops, once", json.loads(stopped.text) == {"running": False, "changed": True} and
+          not json.loads(ask("acquisition", {"running": False}).text)["changed"])
+    check("a trigger without an acquisition is refused", ask("trigger").status == 415 and ask("trigger", {}).status == 409)
+    ask("features.set", {"TriggerSource": "Software"})
+    ask("acquisition", {"running": True})
+    before = ask("frame.json", query="?wait=0")
+    told = ask("trigger", {})
+    told = json.loads(told.text)
+    check("a trigger is answered with its frame", told["accepted"] and told["outcome"] in ("complete", "late") and told["frame"] == "1", told)
+    newest = ask("frame.json", query=f"?after={json.loads(before.text)['id'] if before.content else 0}&wait=10")
+    known = json.loads(newest.text)
+    check("the newest frame is known", known["width"] == WIDTH and known["height"] == HEIGHT and known["exposure_us"] == 50 and known["gain_db"] == 5, known)
+    check("and not sent again", ask("frame.json", query="?wait=0", If_None_Match=newest.headers["ETag"]).status == 304)
+    check("waiting for another one ends", ask("frame.png", query=f"?after={known['id']}&wait=0.2").status == 204)
+    raw, png, fits = (ask(f"frame.{kind}") for kind in ("raw", "png", "fits"))
+    numbers = struct.unpack(f"<{WIDTH * HEIGHT}H", raw.content)
+    check("PNG, FITS and the numbers are one frame", read_png(png.content)[0] == numbers == read_fits(fits.content)[0] and max(numbers) > min(numbers))
+    check("their headers name it", {a.headers["X-Obscura-Frame"] for a in (raw, png, fits)} == {known["frame"]} and
+          raw.headers["Content-Disposition"].endswith('.raw"') and read_fits(fits.content)[2]["FRAMEID"] == known["frame"])
+    file = folder / "frames" / f"run2_frame_{int(known['frame']):06}.raw"
+    check("and are what the daemon wrote", wait_for(lambda: file.exists() and file.stat().st_size == len(raw.content)) and file.read_bytes() == raw.content)
+    seen = int(known["id"])
+    for _ in range(3):
+        ask("trigger", {})
+        newer = int(json.loads(ask("frame.json", query=f"?after={seen}&wait=10").text)["id"])
+        check("frames never go back", newer > seen)
+        seen = newer
+    check("a trigger that is not waited for is answered at once", ask("trigger", {"wait": False}).status == 202)
+
+    # Values that are refused before a daemon hears of them.
+    for name, body in ("acquisition", {}), ("acquisition", {"running": 1}), ("acquisition", {"running": True, "x": 1}), ("trigger", []), ("trigger", {"wait": "x"}), \
+            ("scene.show", {"file": 3}), ("faults.set", {"rules": {}}), ("scene.show", {"file": "no such"}), ("scene.show", {"file": "../../etc/passwd"}):
+        check(f"{name} {body} is refused", ask(name, body).status == 422)
+    for name, query in ("audit", "?after=x"), ("audit", "?after=-1"), ("audit", "?after=1e99"), ("audit", "?x=1"), ("frame.png", "?wait=31"), ("frame.png", "?wait=nan"), \
+            ("timing", "?most=0"), ("features.set", "?force=2"):
+        check(f"{name}{query} is refused", ask(name, None if name != "features.set" else {}, query=query).status == 422)
+    for what, body in ("no JSON", b"{"), ("no UTF-8", b'{"Gain": "\xff"}'), ("a deep body", b'{"Gain": ' + b"[" * 30000 + b"]" * 30000 + b"}"), \
+            ("a number that is too large", b'{"Gain": 1e999}'), ("two values", b"{} {}"):
+        check(f"{what} is refused", ask("features.set", body).status == 400)
+    check("a body of many members is refused", ask("features.set", {f"x{i}": 1 for i in range(3000)}).status == 422)
+    check("a camera that is not there", json.loads(ask("features", camera_id="1-1").text)["detail"].endswith(ID) and ask("features", camera_id="%2e%2e").status == 404)
+
+    # What newer daemons answer.
+    for name in "timing", "faults", "truth", "scenes", "configuration":
+        answer = ask(name, role="viewer")
+        check(f"{name} is answered, or not known to the daemon", answer.status == 200 or answer.status in (409, 503) and
+              json.loads(answer.text)["type"] in ("urn:obscura:no-call", "urn:obscura:not-now"), answer.text)
+
+    # The record of changes.
+    changes = json.loads(ask("audit", role="viewer").text)["changes"]
+    check("each change is recorded: who, what, from what to what", [(c["who"], c["what"], c["before"], c["after"]) for c in changes[:3]] == [
+        ("operator operator-1", "features.set", {"Gain": 0.0, "ExposureTime": value["ExposureTime"]}, {"Gain": 3.0, "ExposureTime": 50.0}),
+        ("operator operator-1", "features.set", {"Gain": 3.0}, {"Gain": 5.0}), ("operator operator-1", "acquisition", True, False)], changes[:3])
+    check("and nothing else is", {c["what"] for c in changes} == {"features.set", "acquisition", "trigger"} and
+          [c["id"] for c in changes] == list(range(1, len(changes) + 1)) and all(c["camera"] == ID and c["peer"] == "127.0.0.1" for c in changes))
+    check("older ones can be left out", [c["id"] for c in json.loads(ask("audit", query=f"?after={len(changes) - 1}").text)["changes"]] == [len(changes)])
+
+    # A daemon that does not answer.
+    daemon.send_signal(signal.SIGSTOP)
+    waiting = []
+    for _ in range(6):
+        client = socket.create_connection(("127.0.0.1", server.port), PATIENCE_S)
+        client.sendall(f"GET /api/v1/cameras/{ID}/features HTTP/1.1\r\nHost: localhost:{server.port}\r\nAuthorization: Bearer {tokens['viewer']}\r\n"
+                       "Connection: close\r\n\r\n".encode())
+        waiting.append(client)
+    check("health, metrics and the document are told meanwhile", server.ask("/livez").status == 200 and
+          {server.ask(path, token=tokens["viewer"]).status for path in ("/metrics", "/api/v1/openapi.json", "/api/v1/audit")} == {200})
+    answers = [b"".join(iter(lambda client=client: client.recv(65536), b"")) for client in waiting]
+    check("its requests end, those beyond the queue at once", all(b" 503 " in a.splitlines()[0] + b" " for a in answers) and
+          sum(b"urn:obscura:busy" in a for a in answers) >= 2, answers)
+    daemon.send_signal(signal.SIGCONT)
+    check("and are answered again once it goes on", wait_for(lambda: server.ask(f"/api/v1/cameras/{ID}/features", token=tokens["viewer"]).status == 200))
+    daemon.terminate()
+    daemon.wait(PATIENCE_S)
+    check("without a daemon there is no camera", wait_for(lambda: server.ask(f"/api/v1/cameras/{ID}/features", token=tokens["viewer"]).status == 503))
+    check("every operation was answered as documented", document.seen == ROLES.keys(), ROLES.keys() - document.seen)
+    check("it ends well, and its log has the changes", server.end() == 0 and server.log.count("web: operator operator-1 at 127.0.0.1: ") == len(changes), server.log[-500:])
+
+    # Without [control].
+    camera.config.write_text(camera.config.read_text().split("[control]")[0])
+    server = web_server.Web(web, "--socket", camera.socket, "--role", "operator")
+    daemon = camera.start()
+    closed = wait_for(lambda: server.ask(f"/api/v1/cameras/{daemon.pid}-0/features").status == 503 and
+                      "no-control" in server.ask(f"/api/v1/cameras/{daemon.pid}-0/features").text)
+    check("a daemon without [control] says so", closed)
+    daemon.terminate()
+    daemon.wait(PATIENCE_S)
+    check("it ends well", server.end() == 0)
+if jsonschema is None:
+    print("answers were not compared with their schemas: python3-jsonschema is not installed")
+sys.exit(1 if failures else 0)

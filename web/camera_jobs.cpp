@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web/camera_jobs.hpp"
+
+#include "core/error.hpp"
+#include "web/problem.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <string_view>
+#include <utility>
+
+namespace obscura::web {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+
+constexpr auto trigger_patience = 10s, scene_patience = 60s, frame_patience = 5s;
+constexpr double frame_wait_s = 5; ///< without ?wait
+
+/// Integers that a double cannot hold, as page and MATLAB read them, become strings.
+void make_exact(Json& json) {
+    constexpr std::int64_t most = 1LL << 53;
+    if (json.is_number_unsigned()) {
+        if (json.get<std::uint64_t>() > static_cast<std::uint64_t>(most))
+            json = std::to_string(json.get<std::uint64_t>());
+    } else if (json.is_number_integer()) {
+        const auto value = json.get<std::int64_t>();
+        if (value > most || value < -most) json = std::to_string(value);
+    } else if (json.is_structured()) {
+        for (Json& element : json)
+            make_exact(element);
+    }
+}
+
+/// As strings, whatever their size: clients find one type.
+void make_strings(Json& json, std::initializer_list<const char*> names) {
+    for (const char* name : names)
+        if (json.contains(name) && json[name].is_number_integer())
+            json[name] = std::to_string(json[name].get<std::int64_t>());
+}
+
+/// Tag of settings, in whatever order they come.
+std::string settings_tag(const nlohmann::json& values) {
+    return tag_of(Json(values));
+}
+
+/// Rules without what changes by itself.
+Json plain_rules(Json rules) {
+    for (Json& rule : rules)
+        if (rule.is_object()) rule.erase("struck");
+    return rules;
+}
+
+} // namespace
+
+Job CameraJobs::job(CameraRequest request) {
+    const auto state = std::make_shared<State>(State{std::move(request)});
+    Job job;
+    const Answers answers = state->request.route->answers;
+    const bool frames = answers == Answers::frame_json || answers == Answers::frame_png ||
+                        answers == Answers::frame_fits || answers == Answers::frame_raw;
+    job.queue = frames ? Job::Queue::frames : Job::Queue::calls;
+    job.step = [this, state]() -> std::optional<Response> {
+        try {
+            return step(*state);
+        } catch (const Refusal& refusal) {
+            return refusal.response;
+        } catch (const std::exception& error) { // the daemon's answer lacks what it must have
+            return problem(503, "daemon", error.what());
+        }
+    };
+    return job;
+}
+
+std::optional<Response> CameraJobs::step(State& state) {
+    switch (state.request.route->answers) {
+    case Answers::features:
+        return features(state);
+    case Answers::set_features:
+        return set_features(state);
+    case Answers::trigger:
+        return trigger(state);
+    case Answers::acquisition:
+        return acquisition(state);
+    case Answers::timing:
+        return read(state, "timing", state.request.query);
+    case Answers::faults:
+        return faults(state);
+    case Answers::set_faults:
+        return set_faults(state);
+    case Answers::truth:
+        return read(state, "truth", Json::object());
+    case Answers::scenes:
+        return scenes(state);
+    case Answers::show_scene:
+        return show_scene(state);
+    case Answers::configuration:
+        return json_answer(calls_.call(state.request.place, "configuration", Json::object()).head);
+    case Answers::frame_png:
+    case Answers::frame_fits:
+    case Answers::frame_raw:
+    case Answers::frame_json:
+        return frame(state);
+    default:
+        return problem(503, "daemon", "nothing answers this");
+    }
+}
+
+Json CameraJobs::ask(const State& state, const char* call, Json fields) {
+    fields["camera"] = state.request.place.number;
+    return calls_.call(state.request.place, call, fields).head;
+}
+
+Response CameraJobs::read(const State& state, const char* call, Json fields) {
+    Json answer = ask(state, call, std::move(fields));
+    make_exact(answer);
+    return json_answer(answer);
+}
+
+void CameraJobs::note(const State& state, Json before, Json after, bool forced) {
+    const CameraRequest& request = state.request;
+    audit_.note({request.who, request.peer, std::string(request.route->id), request.place.id,
+                 std::move(before), std::move(after), forced});
+}
+
+void CameraJobs::check_tag(const State& state, const std::string& tag) {
+    if (!state.request.if_match.empty() && !names_tag(state.request.if_match, tag))
+        throw Refusal(412, "changed",
+                      "it has changed since it was read: If-Match names another tag than " + tag);
+}
+
+Response CameraJobs::features(const State& state) {
+    Json answer = ask(state, "camera.features");
+    nlohmann::json values;
+    for (const Json& row : answer.at("features"))
+        values[row.at("name").get<std::string>()] = row.at("value");
+    make_exact(answer);
+    Response response = json_answer(answer);
+    response.headers.emplace_back("ETag", settings_tag(values));
+    return response;
+}
+
+Response CameraJobs::set_features(const State& state) {
+    nlohmann::json values = ask(state, "camera.get").at("values");
+    check_tag(state, settings_tag(values));
+    const bool force = state.request.query.value("force", false);
+    Json fields{{"values", state.request.body}};
+    if (force) fields["force"] = true;
+    Json changed = ask(state, "camera.set", std::move(fields)).at("changed");
+    Json before = Json::object();
+    for (const auto& [name, value] : changed.items()) {
+        before[name] = values[name];
+        values[name] = value;
+    }
+    if (!changed.empty()) note(state, std::move(before), changed, force);
+    make_exact(changed);
+    Response response = json_answer({{"changed", std::move(changed)}});
+    response.headers.emplace_back("ETag", settings_tag(values));
+    return response;
+}
+
+Response CameraJobs::acquisition(const State& state) {
+    const bool running = state.request.body.at("running").get<bool>();
+    const Json answer = ask(state, running ? "camera.start" : "camera.stop");
+    const bool changed = answer.value(running ? "started" : "stopped", false);
+    if (changed) note(state, !running, running);
+    return json_answer({{"running", running}, {"changed", changed}});
+}
+
+Response CameraJobs::faults(const State& state) {
+    Json answer = ask(state, "faults.list");
+    const std::string tag = tag_of(plain_rules(answer.at("rules")));
+    make_exact(answer);
+    Response response = json_answer(answer);
+    response.headers.emplace_back("ETag", tag);
+    return response;
+}
+
+Response CameraJobs::set_faults(const State& state) {
+    Json before = plain_rules(ask(state, "faults.list").at("rules"));
+    check_tag(state, tag_of(before));
+    ask(state, "faults.set", {{"rules", plain_rules(state.request.body.at("rules"))}});
+    Response response = faults(state);
+    note(state, std::move(before), plain_rules(Json::parse(response.body).at("rules")));
+    return response;
+}
+
+Response CameraJobs::scenes(const State& state) {
+    const Json answer = calls_.call(state.request.place, "scene.list", Json::object()).head;
+    Response response = json_answer(answer);
+    response.headers.emplace_back("ETag", tag_of(answer.at("shown")));
+    return response;
+}
+
+std::optional<Response> CameraJobs::trigger(State& state) {
+    if (!state.running) {
+        const bool wait = state.request.body.value("wait", true);
+        state.running = calls_.begin(state.request.place, "camera.trigger",
+                                     {{"camera", state.request.place.number}, {"wait", wait}},
+                                     trigger_patience + frame_patience);
+    }
+    if (DaemonCalls::Clock::now() - state.running->begun >= trigger_patience) {
+        note(state, nullptr, {{"outcome", "unknown"}});
+        Response response = json_answer({{"accepted", true}, {"outcome", "unknown"}});
+        response.status = 202;
+        return response;
+    }
+    const auto answer = calls_.look(*state.running);
+    if (!answer) return std::nullopt;
+    Json head = answer->head;
+    make_strings(head, {"edge_tai_ns", "frame"});
+    Json after{{"accepted", head.value("accepted", false)}};
+    for (const char* name : {"outcome", "frame"})
+        if (head.contains(name)) after[name] = head[name];
+    note(state, nullptr, std::move(after));
+    Response response = json_answer(head);
+    if (!head.contains("outcome")) response.status = 202;
+    return response;
+}
+
+std::optional<Response> CameraJobs::show_scene(State& state) {
+    const Json& file = state.request.body.at("file");
+    if (!state.running) {
+        try {
+            state.before = calls_.call(state.request.place, "scene.list", Json::object()).head.at("shown");
+        } catch (const Refusal& refusal) { // a daemon may show scenes and not list them
+            if (refusal.type != "no-call") throw;
+        }
+        check_tag(state, tag_of(state.before));
+        state.running = calls_.begin(state.request.place, "scene.show", {{"file", file}}, scene_patience);
+    }
+    const auto answer = calls_.look(*state.running);
+    if (!answer) return std::nullopt;
+    note(state, state.before, file);
+    return json_answer({{"file", file}});
+}
+
+std::optional<Response> CameraJobs::frame(State& state) {
+    const Json& query = state.request.query;
+    const double wait_s = query.value("wait", frame_wait_s);
+    const std::chrono::milliseconds wait(static_cast<std::int64_t>(1e3 * wait_s));
+    if (!state.running)
+        state.running = calls_.begin(state.request.place, "frame",
+                                     {{"camera", state.request.place.number},
+                                      {"after", query.value("after", std::uint64_t{0})},
+                                      {"wait_s", wait_s}},
+                                     wait + frame_patience);
+    try {
+        const auto answer = calls_.look(*state.running);
+        if (!answer) return std::nullopt;
+        const std::string_view path = state.request.route->path;
+        Response response =
+            files_.response(path.substr(path.rfind('.') + 1), state.request.place.id, *answer);
+        if (response.status == 200) response.type = state.request.route->type;
+        return response;
+    } catch (const Refusal& refusal) {
+        // The daemon refuses what did not come in time as it refuses what never can.
+        if (refusal.response.status != 409 || DaemonCalls::Clock::now() - state.running->begun < wait) throw;
+        Response none;
+        none.status = 204;
+        return none;
+    }
+}
+
+} // namespace obscura::web

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls of daemons for the web server: connections that are kept, limits of time, refusals as problems.
+#pragma once
+
+#include "tools/support/call_client.hpp"
+#include "web/daemon_watch.hpp"
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::web {
+
+/// A camera, and where its daemon takes calls.
+struct CameraPlace {
+    std::string id;           ///< "PID-N"
+    std::int64_t pid = 0;     ///< of the daemon
+    std::uint32_t number = 0; ///< in its configuration
+    std::string control;      ///< address of the calls
+};
+/// The camera of that id. Throws Refusal: 404, or 503 if its daemon takes no calls.
+[[nodiscard]] CameraPlace find_camera(const Sighting& sighting, std::string_view id);
+
+/// For one thread. All members throw Refusal with the daemon's text: 409 if another client controls the
+/// camera, or its state does not allow it, 403, 422, and 503 if the daemon does not answer or has no such
+/// call.
+class DaemonCalls {
+public:
+    using Json = nlohmann::ordered_json;
+    using Answer = tools::CallClient::Answer;
+    using Clock = std::chrono::steady_clock;
+
+    /// A call that waits for its answer. Destroying it cancels the call.
+    struct Running {
+        CameraPlace place;
+        std::unique_ptr<tools::CallClient> client;
+        Clock::time_point begun, deadline;
+    };
+
+    /// Makes a call that answers at once.
+    Answer call(const CameraPlace& place, const std::string& name, const Json& fields);
+    /// Sends a request whose answer may take `patience`.
+    [[nodiscard]] Running begin(const CameraPlace& place, const std::string& name, const Json& fields,
+                                std::chrono::milliseconds patience);
+    /// The answer; none: it is not there yet. Waits a few milliseconds.
+    [[nodiscard]] std::optional<Answer> look(Running& running);
+
+private:
+    [[nodiscard]] std::optional<Answer> wait(Running& running, std::chrono::milliseconds longest);
+    [[nodiscard]] std::unique_ptr<tools::CallClient> take(const CameraPlace& place);
+    void keep(Running& running);
+
+    struct Kept {
+        std::int64_t pid;
+        std::unique_ptr<tools::CallClient> client;
+    };
+    std::vector<Kept> kept_; ///< the oldest first
+    /// Daemons that did not answer, and until when they are not asked again.
+    std::map<std::int64_t, Clock::time_point> silent_;
+};
+
+} // namespace obscura::web

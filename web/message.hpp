@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests and answers of the web server, free of HTTP's syntax.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace obscura::web {
+
+/// A request as far as routes need it. Views are of the received message.
+struct Request {
+    std::string_view method, target;       ///< "GET", "/api/v1/events?after=3"
+    std::string_view host, origin, bearer; ///< of the headers; empty: missing
+    std::string_view content_type, if_match, if_none_match;
+    std::string_view body;
+    bool has_host = false, has_origin = false;
+    std::string address; ///< of the client, without port
+};
+
+struct Response;
+
+/// What a worker has to do for an answer, see Worker.
+struct Job {
+    /// Jobs of one queue have places of their own, so that waiting for frames keeps no command out.
+    enum class Queue : std::uint8_t { calls, frames } queue = Queue::calls;
+    /// Goes on for a short time; none: not done, to be called again. Does not throw.
+    std::function<std::optional<Response>()> step;
+};
+
+/// An answer.
+struct Response {
+    unsigned status = 200;
+    std::string_view type; ///< of the body
+    std::string body;
+    std::vector<std::pair<std::string, std::string>> headers{};
+    /// Events with larger ids follow as they come, as server-sent events.
+    std::optional<std::uint64_t> stream_after{};
+    std::optional<Job> job{}; ///< makes the answer that is sent instead of this one
+};
+
+} // namespace obscura::web

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web/openapi.hpp"
+
+#include "web/openapi_schemas.hpp"
+#include "web/route_table.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace obscura::web {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json schema_of(const Parameter& field) {
+    Json schema{{"type", name_of(field.type)}};
+    if (field.type == Parameter::Type::integer || field.type == Parameter::Type::number) {
+        schema["minimum"] = field.min;
+        if (field.max < std::numeric_limits<double>::max()) schema["maximum"] = field.max;
+    }
+    if (!field.unit.empty()) schema["x-unit"] = field.unit;
+    return schema;
+}
+
+Json body_of(const Route& route) {
+    Json schema{{"type", "object"}};
+    if (route.body == Body::fields) {
+        Json required = Json::array();
+        schema["properties"] = Json::object();
+        for (const Parameter& field : route.fields) {
+            Json property = schema_of(field);
+            property["description"] = field.help;
+            schema["properties"][std::string(field.name)] = std::move(property);
+            if (field.required) required.push_back(field.name);
+        }
+        schema["additionalProperties"] = false;
+        if (!required.empty()) schema["required"] = std::move(required);
+    }
+    return {{"required", true}, {"content", {{"application/json", {{"schema", std::move(schema)}}}}}};
+}
+
+Json parameters_of(const Route& route) {
+    Json parameters = Json::array();
+    if (route.path.find("{camera}") != std::string_view::npos)
+        parameters.push_back({{"$ref", "#/components/parameters/camera"}});
+    for (const Parameter& field : route.query)
+        parameters.push_back({{"name", field.name},
+                              {"in", "query"},
+                              {"description", field.help},
+                              {"schema", schema_of(field)}});
+    if (route.method == "PATCH" || route.method == "PUT")
+        parameters.push_back({{"$ref", "#/components/parameters/if_match"}});
+    return parameters;
+}
+
+/// Answers by their status; those of refusals as far as the route can give them.
+Json responses_of(const Route& route) {
+    Json content = Json::object();
+    // Media types of the document have no parameters.
+    const std::string type(route.type.substr(0, route.type.find(';')));
+    content[type] = Json::object();
+    if (!route.schema.empty())
+        content[type] = {{"schema", {{"$ref", "#/components/schemas/" + std::string(route.schema)}}}};
+    else if (type == "application/json")
+        content[type] = {{"schema", {{"type", "object"}}}};
+    const bool of_camera = route.path.find("{camera}") != std::string_view::npos;
+    const bool of_frame = route.path.find("/frames/") != std::string_view::npos;
+    if (route.answers == Answers::events) content["text/event-stream"] = Json::object();
+    Json responses{{"200", {{"description", route.help}, {"content", content}}}};
+    if (route.answers == Answers::trigger)
+        responses["202"] = {{"description", "The fate of the frame is not known"}, {"content", content}};
+    if (of_frame) responses["204"] = {{"description", "No frame came in time"}};
+    if (of_camera && !route.changes()) responses["304"] = {{"description", "As If-None-Match has it"}};
+    const auto refuse = [&](bool can, std::initializer_list<const char*> statuses) {
+        for (const char* status : statuses)
+            if (can) responses[status] = {{"$ref", "#/components/responses/problem"}};
+    };
+    refuse(route.changes(), {"400"});
+    refuse(route.role.has_value(), {"401"});
+    refuse(true, {"403"});
+    refuse(of_camera, {"404", "409"});
+    refuse(route.method == "PATCH" || route.method == "PUT", {"412"});
+    refuse(route.changes(), {"415"});
+    refuse(true, {"421"});
+    refuse(!route.query.empty() || route.changes(), {"422"});
+    refuse(route.role.has_value(), {"429"});
+    if (route.answers == Answers::ready)
+        responses["503"] = {{"description", "A camera is not good, or there is none"}, {"content", content}};
+    else
+        refuse(of_camera || route.answers == Answers::events, {"503"});
+    return responses;
+}
+
+} // namespace
+
+Json openapi_document(std::string_view version) {
+    Json document{{"openapi", "3.1.0"},
+                  {"jsonSchemaDialect", "https://json-schema.org/draft/2020-12/schema"},
+                  {"info",
+                   {{"title", "Obscura"},
+                    {"version", version},
+                    {"description", "Cameras of this machine: what they do, their settings, faults, scenes "
+                                    "and frames. Each role has what those before it have: viewer reads, "
+                                    "operator changes, admin also takes control away."},
+                    {"license", {{"name", "Apache-2.0"}, {"identifier", "Apache-2.0"}}}}},
+                  {"servers", Json::array({{{"url", "/"}}})},
+                  {"security", Json::array({{{"token", Json::array()}}})},
+                  {"paths", Json::object()}};
+    for (const Route& route : routes()) {
+        Json operation{{"operationId", route.id}, {"summary", route.help}};
+        operation["x-role"] = route.role ? Json(name_of(*route.role)) : Json(nullptr);
+        if (!route.role) operation["security"] = Json::array({Json::object()});
+        if (Json parameters = parameters_of(route); !parameters.empty())
+            operation["parameters"] = std::move(parameters);
+        if (route.changes()) operation["requestBody"] = body_of(route);
+        operation["responses"] = responses_of(route);
+        std::string method(route.method);
+        for (char& c : method)
+            c = static_cast<char>(c - 'A' + 'a');
+        document["paths"][std::string(route.path)][method] = std::move(operation);
+    }
+    Json components = Json::object();
+    components["schemas"] = Json::parse(openapi_schemas);
+    components["parameters"] = {
+        {"camera",
+         {{"name", "camera"},
+          {"in", "path"},
+          {"required", true},
+          {"description", "`id` of a camera in the answer to /api/v1/state"},
+          {"schema", {{"type", "string"}}}}},
+        {"if_match",
+         {{"name", "If-Match"},
+          {"in", "header"},
+          {"description", "ETag of the value that was read: another one is not overwritten"},
+          {"schema", {{"type", "string"}}}}}};
+    components["responses"] = {
+        {"problem",
+         {{"description", "Why not"},
+          {"content",
+           {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/Problem"}}}}}}}}}};
+    components["securitySchemes"] = {{"token", {{"type", "http"}, {"scheme", "bearer"}}}};
+    document["components"] = std::move(components);
+    return document;
+}
+
+} // namespace obscura::web
