@@ -28,7 +28,13 @@ StackThread::StackThread(std::size_t stack_bytes, std::function<void()> run) {
 }
 
 void StackThread::join() {
-    pthread_join(thread_, nullptr);
+    if (!joined_) pthread_join(thread_, nullptr);
+    joined_ = true;
+}
+
+bool StackThread::ended() noexcept {
+    if (!joined_ && pthread_tryjoin_np(thread_, nullptr) == 0) joined_ = true;
+    return joined_;
 }
 
 } // namespace obscura

@@ -19,9 +19,12 @@ public:
     StackThread& operator=(const StackThread&) = delete;
 
     void join();
+    /// Whether it has ended; then it is joined. Does not wait.
+    [[nodiscard]] bool ended() noexcept;
 
 private:
     pthread_t thread_{};
+    bool joined_ = false;
 };
 
 } // namespace obscura

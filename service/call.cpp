@@ -35,6 +35,16 @@ void read_table(std::string_view call, const config::Value& table, const config:
     }
 }
 
+json describe(const std::vector<Result>& results) {
+    json rows = json::array();
+    for (const Result& result : results) {
+        json row{{"name", result.name}, {"type", result.type}, {"help", result.help}};
+        if (!result.unit.empty()) row["unit"] = result.unit;
+        rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
 bool is_own(std::string_view name) {
     return name == "call" || name == "arrays";
 }
@@ -110,17 +120,12 @@ json describe(const Calls& calls) {
             if (field.required) row["required"] = true;
             fields.push_back(std::move(row));
         }
-        json results = json::array();
-        for (const Result& result : call.results) {
-            json row{{"name", result.name}, {"type", result.type}, {"help", result.help}};
-            if (!result.unit.empty()) row["unit"] = result.unit;
-            results.push_back(std::move(row));
-        }
         rows.push_back({{"name", call.name},
                         {"help", call.help},
                         {"permission", name_of(call.permission)},
                         {"fields", std::move(fields)},
-                        {"results", std::move(results)}});
+                        {"results", describe(call.results)}});
+        if (!call.frames.empty()) rows.back()["frames"] = describe(call.frames);
     }
     return rows;
 }

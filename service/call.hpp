@@ -24,6 +24,8 @@
 
 namespace obscura::service {
 
+struct Answer;
+
 /// A call in progress: asked to end, and told how far it is. Used by the thread that runs the call.
 class Work {
 public:
@@ -32,9 +34,20 @@ public:
     [[nodiscard]] virtual const std::atomic<bool>& cancelled() const noexcept = 0;
     /// Tells the client that `done` of `total` is done, at most five times a second.
     virtual void progress(std::uint64_t done, std::uint64_t total) = 0;
+    /// What the client may do.
+    [[nodiscard]] virtual Permission permission() const noexcept { return Permission::view; }
     /// Counts the bytes of the answer, which are about to be allocated, as memory of the server's clients
     /// until it has been sent. Throws Failure (too_large) if there are too many.
     virtual void reserve(std::uint64_t /*bytes*/) {}
+
+    // Of calls that send frames of a stream, each for a credit of the client.
+
+    /// The client's first credits.
+    virtual void grant(std::uint32_t /*credits*/) {}
+    /// Waits until the client has a credit left and the frame before has been sent. Throws cancelled().
+    virtual void await_credit() {}
+    /// Sends a frame as an event of the request, after await_credit(). Throws cancelled().
+    virtual void push(Answer frame);
 };
 
 /// What a cancelled call throws.
@@ -49,6 +62,8 @@ struct Answer {
     std::shared_ptr<void> keep{};
     int descriptor = -1; ///< of a file that the client gets, over a Unix socket; -1: none
 };
+
+inline void Work::push(Answer /*frame*/) {}
 
 /// A field whose value the call reads by itself, such as the keys of a section.
 struct FreeField {
@@ -87,6 +102,11 @@ struct Call {
     bool overtakes = false;
     /// Further fields of a request are ignored: those of later versions of the protocol.
     bool lenient = false;
+    /// Runs beside the other requests of the connection once those before it are done, on a thread of its
+    /// own.
+    bool beside = false;
+    /// Fields of the events "frame" that a stream sends before its answer; empty: it is none.
+    std::vector<Result> frames{};
 };
 using Calls = std::vector<Call>;
 

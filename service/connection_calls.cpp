@@ -25,7 +25,7 @@ void Connection::prove(const std::string& proof) {
         return;
     }
     const std::optional<Permission> permission =
-        access_.tokens->permission_of(challenge, proof, Clock::now());
+        access_.tokens->permission_of(challenge, proof, access_.peer, Clock::now());
     if (!permission) throw Failure(FailureCode::forbidden, "the token is not one of this server's");
     access_.permission = permission;
 }
@@ -37,9 +37,10 @@ Answer Connection::open_memory(std::size_t slots, std::uint64_t bytes) {
         throw Failure(FailureCode::too_large,
                       fmt::format("memory.open: {} slots of {} bytes, allowed {} in all", slots, bytes,
                                   limits_.shared_bytes));
+    const std::lock_guard lock(ring_mutex_);
     ring_.reset();
     ring_share_ = {};
-    ring_share_ = memory_.take(slots * bytes);
+    ring_share_ = context_.memory.take(slots * bytes);
     try {
         require_memory(slots * bytes, "shared memory");
         ring_ = std::make_shared<SharedRing>(slots, static_cast<std::size_t>(bytes));
@@ -52,14 +53,20 @@ Answer Connection::open_memory(std::size_t slots, std::uint64_t bytes) {
     return answer;
 }
 
-/// Of the table: clients see whether it is the one that they were written for.
-static std::string hash_of(const Calls& calls) {
-    return fmt::format("{:016x}", fnv1a(describe(calls).dump()));
+Calls Connection::all_calls(Connection* self, Session& session) {
+    Calls all = own_calls(self);
+    for (Call& call : session.calls())
+        all.push_back(std::move(call));
+    return all;
+}
+
+std::string Connection::api_of(Host& host) {
+    const std::unique_ptr<Session> session = host.open();
+    return fmt::format("{:016x}", fnv1a(describe(all_calls(nullptr, *session)).dump()));
 }
 
 Answer Connection::hello_answer() {
-    if (api_.empty()) api_ = hash_of(calls_);
-    json limits = session_->limits();
+    json limits = context_.host.limits();
     limits["clients"] = limits_.clients;
     limits["head_bytes"] = limits_.head_bytes;
     limits["body_bytes"] = limits_.body_bytes;
@@ -67,10 +74,12 @@ Answer Connection::hello_answer() {
     limits["memory_bytes"] = limits_.memory_bytes;
     limits["shared_bytes"] = limits_.shared_bytes;
     limits["requests"] = limits_.requests;
+    limits["streams"] = limits_.streams;
+    limits["credits"] = limits_.credits;
     return {{{"server", "obscura"},
-             {"version", host_.version()},
+             {"version", context_.host.version()},
              {"protocol", protocol_version},
-             {"api", api_},
+             {"api", context_.api},
              {"permission", name_of(access_.permission.value_or(Permission::view))},
              {"codecs", names_of_enum<Codec>()},
              {"limits", std::move(limits)}}};
@@ -115,13 +124,24 @@ struct Cancel {
     }
 };
 
+struct Credit {
+    std::uint32_t request = 0, frames = 1;
+
+    Fields fields() {
+        return {{config::key("request", &request)
+                     .required()
+                     .help("Number of the request that opened the stream, as its message had it"),
+                 config::key("frames", &frames).range(1, 1000).help("Frames that it may send further")}};
+    }
+};
+
 } // namespace
 
-Calls Connection::own_calls() {
+Calls Connection::own_calls(Connection* self) {
     Calls calls{
         call<Hello>("hello", Permission::view,
                     "Begins a connection: agrees on the version of the protocol. The first request.",
-                    [this](const Hello& hello, Work& /*work*/) {
+                    [self](const Hello& hello, Work& /*work*/) {
                         if (hello.least > protocol_version || hello.most < protocol_version) {
                             Failure failure(FailureCode::no_hello,
                                             fmt::format("versions {} to {} of the protocol, allowed {}",
@@ -130,48 +150,54 @@ Calls Connection::own_calls() {
                             failure.allowed = fmt::format("{}", protocol_version);
                             throw failure;
                         }
-                        prove(hello.proof);
-                        greeted_ = true;
-                        return hello_answer();
+                        self->prove(hello.proof);
+                        self->greeted_ = true;
+                        return self->hello_answer();
                     }),
         call<NoArguments>(
             "challenge", Permission::view,
             "Asks for random bytes with which the next hello proves that the client has a token. "
             "Each serves for one hello. Needs none itself.",
-            [this](const NoArguments&, Work& /*work*/) {
-                challenge_ = make_challenge();
-                return Answer{{{"challenge", challenge_}}};
+            [self](const NoArguments&, Work& /*work*/) {
+                self->challenge_ = make_challenge();
+                return Answer{{{"challenge", self->challenge_}}};
             }),
         call<NoArguments>("describe", Permission::view,
                           "Lists the calls with their fields, and the keys of scenes.",
-                          [this](const NoArguments&, Work& /*work*/) {
-                              Answer answer{session_->description()};
-                              answer.head["calls"] = describe(calls_);
+                          [self](const NoArguments&, Work& /*work*/) {
+                              Answer answer{self->session_->description()};
+                              answer.head["calls"] = describe(self->calls_);
                               return answer;
                           }),
         call<NoArguments>(
             "status", Permission::view,
             "Tells what the connection's request in progress is, and how far. Does not wait for it.",
-            [this](const NoArguments&, Work& /*work*/) { return status(); }),
+            [self](const NoArguments&, Work& /*work*/) { return self->status(); }),
         call<Cancel>(
             "cancel", Permission::view,
             "Cancels a request, which is answered with the error \"cancelled\". Does not wait for others.",
-            [this](const Cancel& arguments, Work& /*work*/) {
-                return Answer{{{"cancelled", cancel(arguments.request)}}};
+            [self](const Cancel& arguments, Work& /*work*/) {
+                return Answer{{{"cancelled", self->cancel(arguments.request)}}};
             }),
+        call<Credit>("credit", Permission::view,
+                     "Grants a stream of the connection further frames, each of which costs it one. Does not "
+                     "wait for others.",
+                     [self](const Credit& arguments, Work& /*work*/) {
+                         return Answer{{{"credits", self->grant(arguments.request, arguments.frames)}}};
+                     }),
         call<OpenMemory>(
             "memory.open", Permission::view,
             "From the next request on, arrays of answers stand in shared memory where they fit. "
             "With the first byte of the answer comes the descriptor of the file, to be mapped for "
             "reading. Over a Unix socket only.",
-            [this](const OpenMemory& arguments, Work& /*work*/) {
-                return open_memory(arguments.slots, arguments.bytes);
+            [self](const OpenMemory& arguments, Work& /*work*/) {
+                return self->open_memory(arguments.slots, arguments.bytes);
             }),
         call<NoArguments>("close", Permission::view,
                           "Ends the connection; what is in progress or waits is cancelled.",
-                          [this](const NoArguments&, Work& /*work*/) {
-                              (void)cancel(0);
-                              ends_ = Clock::now() + farewell;
+                          [self](const NoArguments&, Work& /*work*/) {
+                              (void)self->cancel(0);
+                              self->ends_ = Clock::now() + farewell;
                               return Answer{};
                           }),
     };
@@ -190,12 +216,14 @@ Calls Connection::own_calls() {
     calls[2].results = {{"calls", "array of maps", "", "Rows: name, help, permission, fields, results"},
                         {"sections", "array of maps", "", "Tables of scenes: heading, help, keys"}};
     calls[3].results = {{"waiting", "integer", "", "Requests that wait"},
+                        {"streams", "integer", "", "Streams that are open"},
                         {"call", "string", "", "Name of the request in progress; missing: none is"},
                         {"request", "integer", "", "Its number"},
                         {"done", "integer", "", "Parts of it that are done"},
                         {"total", "integer", "", "Parts of it"}};
     calls[4].results = {{"cancelled", "integer", "", "Requests that were found"}};
-    calls[5].results = {{"slots", "integer", "", "Number of slots"},
+    calls[5].results = {{"credits", "integer", "", "Frames that it may send now; 0: there is no such stream"}};
+    calls[6].results = {{"slots", "integer", "", "Number of slots"},
                         {"stride", "integer", "bytes", "From one slot to the next"},
                         {"head_bytes", "integer", "bytes", "Head of a slot, before the arrays"}};
     return calls;

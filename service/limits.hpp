@@ -18,6 +18,8 @@ struct Limits {
     std::uint64_t memory_bytes = 4ULL << 30;     ///< of the pictures of all clients, and what they share
     std::uint64_t shared_bytes = 1ULL << 30;     ///< of the shared memory of a client
     std::size_t requests = 64;                   ///< of a client, received and not yet begun
+    std::size_t streams = 4;                     ///< of a client, at a time
+    std::uint32_t credits = 1000;                ///< of a stream, at a time
     std::chrono::milliseconds message_ms{30000}; ///< from the first byte of a message to its last
     std::chrono::milliseconds hello_ms{10000};   ///< from the connection to `hello`
     std::size_t stack_bytes = 8U << 20;          ///< of the thread of a client

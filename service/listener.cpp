@@ -119,6 +119,15 @@ Permission permission_of_peer(int socket) {
     return member ? Permission::scene : Permission::view;
 }
 
+std::string address_of_peer(int socket) {
+    sockaddr_in peer{};
+    socklen_t size = sizeof peer;
+    char text[INET_ADDRSTRLEN]{};
+    if (::getpeername(socket, reinterpret_cast<sockaddr*>(&peer), &size) == 0)
+        ::inet_ntop(AF_INET, &peer.sin_addr, text, sizeof text);
+    return text;
+}
+
 FileDescriptor Listener::accept() const {
     FileDescriptor client(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     const int on = 1; // no use, and no harm, for a Unix socket

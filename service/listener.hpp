@@ -42,5 +42,7 @@ private:
 /// What the program at the other end of a Unix socket may do: admin as root or the user of this process,
 /// scene as a member of its group, else view.
 [[nodiscard]] Permission permission_of_peer(int socket);
+/// Address of the client of a TCP socket, without its port.
+[[nodiscard]] std::string address_of_peer(int socket);
 
 } // namespace obscura::service

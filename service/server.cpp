@@ -2,7 +2,6 @@
 #include "service/server.hpp"
 
 #include "core/error.hpp"
-#include "service/connection.hpp"
 #include "service/failure.hpp"
 
 #include <fmt/format.h>
@@ -14,6 +13,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <exception>
 #include <iterator>
 #include <utility>
 
@@ -21,13 +21,18 @@ namespace obscura::service {
 namespace {
 
 constexpr int look_period_ms = 200;
+/// While calls of connections that have ended go on: these count as clients.
+constexpr int bury_period_ms = 5;
 /// Clients that are accepted before those that are connected have their turn.
-constexpr int most_accepted = 16;
+constexpr int most_accepted = 4;
 
 } // namespace
 
 Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens)
-    : limits_(limits), tokens_(std::move(tokens)), bell_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    : limits_(limits),
+      tokens_(std::move(tokens)),
+      context_{limits_, host, memory_, listeners.empty() ? std::string() : Connection::api_of(host)},
+      bell_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (!bell_) throw HardwareError(fmt::format("eventfd: {}", std::strerror(errno)));
     const Outgoing refusal =
         make_message(MessageKind::error, 0,
@@ -37,9 +42,9 @@ Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners
     for (Listener& listener : listeners) {
         const bool is_unix = listener.is_unix(); // no more once it has moved
         add({std::move(listener),
-             [this, &host, is_unix](FileDescriptor socket, std::function<void()> wake) {
-                 const Access access = access_of(is_unix, socket.get());
-                 return std::make_unique<Connection>(std::move(socket), limits_, host, access, memory_,
+             [this, is_unix](FileDescriptor socket, std::function<void()> wake) {
+                 Access access = access_of(is_unix, socket.get());
+                 return std::make_unique<Connection>(std::move(socket), context_, std::move(access),
                                                      std::move(wake));
              },
              refusal.start});
@@ -61,7 +66,8 @@ void Server::run(const std::function<bool()>& stopped) {
             const short events = connection->events();
             polled.push_back({events == 0 ? -1 : connection->socket(), events, 0});
         }
-        if (::poll(polled.data(), polled.size(), look_period_ms) < 0) {
+        const int wait_ms = gone_.empty() ? look_period_ms : bury_period_ms;
+        if (::poll(polled.data(), polled.size(), wait_ms) < 0) {
             if (errno == EINTR) continue;
             throw HardwareError(fmt::format("poll: {}", std::strerror(errno)));
         }
@@ -85,11 +91,7 @@ void Server::accept(const Door& door) {
         FileDescriptor client = door.listener.accept();
         if (!client) return;
         if (connections_.size() + gone_.size() < limits_.clients) {
-            connections_.push_back(door.open(std::move(client), [this] {
-                const std::uint64_t one = 1;
-                // It fails only where it has rung so often that it need not.
-                [[maybe_unused]] const ssize_t bytes = ::write(bell_.get(), &one, sizeof one);
-            }));
+            open(door, std::move(client));
             continue;
         }
         // The buffer of a new connection has room for it.
@@ -98,10 +100,21 @@ void Server::accept(const Door& door) {
     }
 }
 
+void Server::open(const Door& door, FileDescriptor client) {
+    try {
+        connections_.push_back(door.open(std::move(client), [this] {
+            const std::uint64_t one = 1;
+            // It fails only where it has rung so often that it need not.
+            [[maybe_unused]] const ssize_t bytes = ::write(bell_.get(), &one, sizeof one);
+        }));
+    } catch (const std::exception&) { // no memory, or no thread: the others go on
+    }
+}
+
 Access Server::access_of(bool is_unix, int client) {
     if (is_unix) return {permission_of_peer(client), nullptr, true};
     if (tokens_.empty()) return {Permission::scene, nullptr, false};
-    return {{}, &tokens_, false};
+    return {{}, &tokens_, false, address_of_peer(client)};
 }
 
 void Server::bury() {

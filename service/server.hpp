@@ -2,6 +2,7 @@
 // Server: one thread that receives and sends for all connections, whatever they speak.
 #pragma once
 
+#include "service/connection.hpp"
 #include "service/limits.hpp"
 #include "service/listener.hpp"
 #include "service/peer.hpp"
@@ -35,6 +36,7 @@ public:
 
 private:
     void accept(const Door& door);
+    void open(const Door& door, FileDescriptor client);
     [[nodiscard]] Access access_of(bool is_unix, int client);
     void bury();
 
@@ -42,6 +44,7 @@ private:
     std::vector<Door> doors_;
     Tokens tokens_;
     MemoryAccount memory_{limits_.memory_bytes};
+    const ConnectionContext context_;
     FileDescriptor bell_; ///< eventfd: a connection has something to send
     std::vector<std::unique_ptr<Peer>> connections_;
     std::vector<std::unique_ptr<Peer>> gone_; ///< their calls have not ended yet

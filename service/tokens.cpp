@@ -24,6 +24,7 @@ namespace {
 constexpr std::size_t tries_without_delay = 3;
 constexpr std::chrono::minutes tries_count_for{1};
 constexpr std::chrono::seconds later{1};
+constexpr std::size_t most_addresses = 1000;
 constexpr mode_t allowed_mode = 0640;
 
 Token random_token() {
@@ -84,7 +85,7 @@ std::string proof_of(const Token& token, std::string_view challenge) {
 }
 
 std::optional<Permission> Tokens::permission_of(std::string_view challenge, std::string_view proof,
-                                                Clock::time_point now) {
+                                                const std::string& peer, Clock::time_point now) {
     std::optional<Permission> found;
     for (const Row& row : all_) {
         const std::string right = proof_of(row.token, challenge);
@@ -92,14 +93,24 @@ std::optional<Permission> Tokens::permission_of(std::string_view challenge, std:
             right.size() == proof.size() && ::CRYPTO_memcmp(right.data(), proof.data(), right.size()) == 0;
         if (same && (!found || row.permission > *found)) found = row.permission;
     }
-    if (found) return found;
-    if (wrong_.size() == tries_without_delay) wrong_.erase(wrong_.begin());
-    wrong_.push_back(now);
+    if (!found) count_wrong(peer, now);
     return found;
 }
 
-std::chrono::milliseconds Tokens::delay(Clock::time_point now) const noexcept {
-    const bool slow = wrong_.size() == tries_without_delay && now - wrong_.front() < tries_count_for;
+void Tokens::count_wrong(const std::string& peer, Clock::time_point now) {
+    if (wrong_.size() >= most_addresses)
+        std::erase_if(wrong_, [now](const auto& row) { return now - row.second.back() >= tries_count_for; });
+    // An address is forgotten rather than memory taken without end.
+    if (wrong_.size() >= most_addresses && !wrong_.contains(peer)) wrong_.erase(wrong_.begin());
+    std::vector<Clock::time_point>& times = wrong_[peer];
+    if (times.size() == tries_without_delay) times.erase(times.begin());
+    times.push_back(now);
+}
+
+std::chrono::milliseconds Tokens::delay(const std::string& peer, Clock::time_point now) const {
+    const auto found = wrong_.find(peer);
+    const bool slow = found != wrong_.end() && found->second.size() == tries_without_delay &&
+                      now - found->second.front() < tries_count_for;
     return slow ? later : std::chrono::seconds(0);
 }
 

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -29,7 +30,8 @@ void make_token_file(const std::filesystem::path& file);
 /// HMAC-SHA256 of the bytes of the challenge, keyed by the token: 64 hexadecimal digits.
 [[nodiscard]] std::string proof_of(const Token& token, std::string_view challenge);
 
-/// The tokens that a server takes, each with what it permits, and the wrong proofs that it got. Thread-bound.
+/// The tokens that a server takes, each with what it permits, and the wrong proofs that it got from each
+/// address. Thread-bound.
 class Tokens {
 public:
     using Clock = std::chrono::steady_clock;
@@ -37,19 +39,22 @@ public:
     void add(Permission permission, const Token& token) { all_.push_back({permission, token}); }
     [[nodiscard]] bool empty() const noexcept { return all_.empty(); }
     /// The most that a token permits which makes this proof; none: it is wrong, and is counted. Takes the
-    /// same time for any proof of that length.
+    /// same time for any proof of that length. `peer`: address that it came from.
     [[nodiscard]] std::optional<Permission> permission_of(std::string_view challenge, std::string_view proof,
-                                                          Clock::time_point now);
-    /// How long the next proof has to wait, right or wrong: a second after three wrong ones within a minute.
-    [[nodiscard]] std::chrono::milliseconds delay(Clock::time_point now) const noexcept;
+                                                          const std::string& peer, Clock::time_point now);
+    /// How long the next proof from that address has to wait, right or wrong: a second after three wrong ones
+    /// within a minute.
+    [[nodiscard]] std::chrono::milliseconds delay(const std::string& peer, Clock::time_point now) const;
 
 private:
     struct Row {
         Permission permission;
         Token token;
     };
+    void count_wrong(const std::string& peer, Clock::time_point now);
+
     std::vector<Row> all_;
-    std::vector<Clock::time_point> wrong_; ///< the last three
+    std::map<std::string, std::vector<Clock::time_point>> wrong_; ///< the last three of each address
 };
 
 /// How a connection comes to its permission.
@@ -57,6 +62,7 @@ struct Access {
     std::optional<Permission> permission; ///< none: it is that of a token
     Tokens* tokens = nullptr;             ///< outlives the connection
     bool passes_files = false;            ///< over a Unix socket
+    std::string peer{};                   ///< address of the client, over TCP
 };
 
 } // namespace obscura::service

@@ -19,9 +19,6 @@ public:
     [[nodiscard]] nlohmann::json description() const override {
         return {{"sections", SceneCalls::sections()}};
     }
-    [[nodiscard]] nlohmann::json limits() const override {
-        return {{"pixels", limits_.pixels}, {"samples", limits_.samples}};
-    }
 
 private:
     const PictureLimits& limits_;

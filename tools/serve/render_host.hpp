@@ -5,6 +5,8 @@
 #include "service/session.hpp"
 #include "tools/serve/render_call.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -20,6 +22,9 @@ public:
         : version_(std::move(version)), root_(std::move(root)), limits_(limits) {}
 
     [[nodiscard]] std::string version() const override { return version_; }
+    [[nodiscard]] nlohmann::json limits() const override {
+        return {{"pixels", limits_.pixels}, {"samples", limits_.samples}};
+    }
     [[nodiscard]] std::unique_ptr<service::Session> open() override;
 
 private:

@@ -5,18 +5,14 @@
 #include "service/connection.hpp"
 #include "service/server.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/native_client.hpp"
 #include "tests/support/service_bench.hpp"
 #include "tests/support/temp_folder.hpp"
 
-#include <netinet/in.h>
 #include <sys/mman.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <sys/un.h>
 
 #include <atomic>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -33,6 +29,7 @@ using namespace obscura::service;
 using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using namespace std::chrono_literals;
+using test::Message;
 
 namespace {
 
@@ -111,94 +108,16 @@ private:
     test::ServerThread server_;
 };
 
-struct Message {
-    Frame frame;
-    json head;
-    std::string body;
-};
-
-class Client {
+class Client : public test::NativeClient {
 public:
-    explicit Client(const Bench& bench, bool greet = true) : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
-        sockaddr_un address{};
-        address.sun_family = AF_UNIX;
-        const std::string path = bench.path();
-        path.copy(address.sun_path, path.size());
-        connect(address);
-        if (!greet) return;
-        request(1, {{"call", "hello"}});
-        const std::optional<Message> answer = next();
-        if (!answer || answer->frame.kind != MessageKind::answer)
-            throw std::runtime_error("no answer to hello");
-    }
+    explicit Client(const Bench& bench, bool greet = true) : NativeClient(bench.path(), greet) {}
     /// Over TCP, without hello.
-    static Client over_tcp(const Bench& bench) {
-        Client client;
-        client.socket_ = FileDescriptor(::socket(AF_INET, SOCK_STREAM, 0));
-        sockaddr_in address{};
-        address.sin_family = AF_INET;
-        address.sin_port = htons(bench.port());
-        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        client.connect(address);
-        return client;
+    static Client over_tcp(const Bench& bench, const std::string& from = "127.0.0.1") {
+        return Client(NativeClient::over_tcp(bench.port(), from));
     }
-    void write(std::string_view text) { test::send_all(socket_, text); }
-    void request(std::uint32_t id, json head) {
-        write(make_message(MessageKind::request, id, std::move(head)).start);
-    }
-    /// None: the server has ended the connection, or does not answer.
-    std::optional<Message> next() {
-        const auto start = read(Frame::bytes);
-        if (!start) return {};
-        Limits wide;
-        wide.body_bytes = std::uint64_t{1} << 30;
-        Message message{read_frame(*start, wide), {}, {}};
-        message.head = read_head(read(message.frame.head_bytes).value(), wide);
-        message.body = read(message.frame.body_bytes).value();
-        return message;
-    }
-    /// The next message that is no event.
-    Message answer(int* file = nullptr) {
-        file_ = file;
-        while (true) {
-            std::optional<Message> message = next();
-            REQUIRE(message);
-            if (message->frame.kind != MessageKind::event) return *message;
-        }
-    }
-    void hang_up() { socket_ = FileDescriptor(); }
 
 private:
-    Client() = default;
-    template<typename Address>
-    void connect(const Address& address) {
-        const timeval patience{20, 0};
-        ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-        // Thrown, not asserted, because other threads make clients too.
-        if (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-            throw std::runtime_error("no connection");
-    }
-    std::optional<std::string> read(std::size_t bytes) {
-        std::string text(bytes, '\0');
-        for (std::size_t at = 0; at < bytes;) {
-            iovec part{text.data() + at, bytes - at};
-            alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))];
-            msghdr message{};
-            message.msg_iov = &part;
-            message.msg_iovlen = 1;
-            message.msg_control = control;
-            message.msg_controllen = sizeof control;
-            const ssize_t got = ::recvmsg(socket_.get(), &message, MSG_CMSG_CLOEXEC);
-            if (got <= 0) return {};
-            if (const cmsghdr* const rights = CMSG_FIRSTHDR(&message); rights != nullptr && file_ != nullptr)
-                std::memcpy(file_, CMSG_DATA(rights), sizeof *file_);
-            at += static_cast<std::size_t>(got);
-        }
-        return text;
-    }
-
-    FileDescriptor socket_;
-    int* file_ = nullptr; ///< takes a descriptor that comes along
+    explicit Client(NativeClient client) : NativeClient(std::move(client)) {}
 };
 
 } // namespace
@@ -345,6 +264,8 @@ TEST_CASE("progress is reported at most five times a second", "[service]") {
 TEST_CASE("a client that vanishes has its calls cancelled and its session ended", "[service]") {
     Bench bench;
     Client other(bench);
+    other.request(1, {{"call", "echo"}});
+    (void)other.answer();
     {
         Client client(bench);
         client.request(5, {{"call", "wait"}});
@@ -368,9 +289,16 @@ TEST_CASE("a client beyond the limit is refused with a line", "[service]") {
     CHECK(refusal.head["code"] == "busy");
     CHECK(refusal.head["message"] == "2 clients are connected already, allowed 2");
     CHECK_FALSE(third.next());
+    second->request(1, {{"call", "echo"}});
+    (void)second->answer();
     second.reset();
-    test::until([&] { return bench.host.open_sessions == 1; });
-    Client fourth(bench);
+    std::unique_ptr<Client> there;
+    for (bool greeted = false; !greeted;) {
+        there = std::make_unique<Client>(bench, false);
+        there->request(1, {{"call", "hello"}});
+        greeted = there->answer().frame.kind == MessageKind::answer;
+    }
+    Client& fourth = *there;
     fourth.request(1, {{"call", "echo"}, {"value", 4}});
     CHECK(fourth.answer().head["value"] == 4);
 }
@@ -513,6 +441,11 @@ TEST_CASE("after three wrong tokens each further try waits a second, others mean
     start(late, right);
     const auto begin = std::chrono::steady_clock::now();
     late.request(3, {{"call", "echo"}, {"value", 3}}); // is read after that
+    // Neither those that need no token nor those of another address wait for it.
+    Client elsewhere = Client::over_tcp(bench, "127.0.0.2");
+    start(elsewhere, right);
+    CHECK(elsewhere.answer().head["permission"] == "scene");
+    CHECK(std::chrono::steady_clock::now() - begin < 900ms);
     Client local(bench);
     local.request(1, {{"call", "echo"}, {"value", 1}});
     CHECK(local.answer().head["value"] == 1);
