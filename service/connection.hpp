@@ -36,9 +36,9 @@ struct ConnectionContext {
 };
 
 /// Public members are for the server's thread, which never blocks here: sessions, which may take long to open
-/// and to end, are of the thread that runs the calls in their order; it starts with the first of them. Streams
-/// run on threads beside it. A fault of the framing is answered and ends the connection; any other mistake is
-/// answered, and the connection lives on. The end of the connection cancels its calls.
+/// and to end, are of the thread that runs the calls in their order; it starts with the first of them.
+/// Streams run on threads beside it. A fault of the framing is answered and ends the connection; any other
+/// mistake is answered, and the connection lives on. The end of the connection cancels its calls.
 class Connection final : public Peer {
 public:
     /// `wake` is called on the connection's threads when there is something to send.

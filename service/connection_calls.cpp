@@ -222,7 +222,8 @@ Calls Connection::own_calls(Connection* self) {
                         {"done", "integer", "", "Parts of it that are done"},
                         {"total", "integer", "", "Parts of it"}};
     calls[4].results = {{"cancelled", "integer", "", "Requests that were found"}};
-    calls[5].results = {{"credits", "integer", "", "Frames that it may send now; 0: there is no such stream"}};
+    calls[5].results = {
+        {"credits", "integer", "", "Frames that it may send now; 0: there is no such stream"}};
     calls[6].results = {{"slots", "integer", "", "Number of slots"},
                         {"stride", "integer", "bytes", "From one slot to the next"},
                         {"head_bytes", "integer", "bytes", "Head of a slot, before the arrays"}};

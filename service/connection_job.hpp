@@ -37,7 +37,7 @@ public:
     const Permission granted;
     std::string text;
     nlohmann::json request;
-    const void* lane; ///< of its messages: the connection, but of streams the job
+    const void* lane;                       ///< of its messages: the connection, but of streams the job
     std::atomic<const Call*> call{nullptr}; ///< null: not yet known
     std::atomic<bool> stop{false};
     std::atomic<std::uint64_t> done{0}, total{0};

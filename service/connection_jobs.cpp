@@ -76,9 +76,8 @@ void Connection::run_jobs() {
     };
     std::unique_lock lock(mutex_);
     while (true) {
-        changed_.wait(lock, [&] {
-            return ending_ || !waiting_.empty() || outbox_.has_sent() || stream_ended();
-        });
+        changed_.wait(lock,
+                      [&] { return ending_ || !waiting_.empty() || outbox_.has_sent() || stream_ended(); });
         free_sent(lock);
         bury_streams(lock, false);
         if (ending_) break;
@@ -217,9 +216,7 @@ void Connection::await_turn(std::unique_lock<std::mutex>& lock, const void* lane
 
 void Connection::await_credit(Job& job) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] {
-        return ending_ || job.stop || (job.credits > 0 && !outbox_.holds(job.lane));
-    });
+    changed_.wait(lock, [&] { return ending_ || job.stop || (job.credits > 0 && !outbox_.holds(job.lane)); });
     free_sent(lock);
     if (ending_ || job.stop) throw cancelled();
 }

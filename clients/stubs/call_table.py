@@ -69,8 +69,9 @@ def _fields(rows: List[Dict[str, Any]]) -> List[Field]:
 
 
 def calls_of(described: List[Dict[str, Any]]) -> List[Call]:
-    """Rows of the calls that `describe` lists."""
-    return [Call(row["name"], row["help"], _fields(row["fields"]), _fields(row["results"])) for row in described]
+    """Rows of the calls that `describe` lists, without streams: their frames are no answers."""
+    return [Call(row["name"], row["help"], _fields(row["fields"]), _fields(row["results"])) for row in described
+            if "frames" not in row]
 
 
 def wrapped(text: str, first: str, others: str, width: int = 118) -> List[str]:

@@ -58,6 +58,7 @@ public:
         for (service::Call& call : camera_.calls())
             calls.push_back(std::move(call));
         calls.push_back(frame_call(cameras_));
+        calls.push_back(stream_call(cameras_));
         calls.push_back(scene_call(host_.scene_requests(), scenes_));
         return calls;
     }

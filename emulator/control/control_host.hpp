@@ -16,7 +16,7 @@
 
 namespace obscura::emulator {
 
-/// Sessions are made by the thread of the server; their calls run on threads of their clients. What only the
+/// Sessions are made, and their calls run, on threads of their clients. What only the
 /// main thread may look at is asked of it by tick().
 class ControlHost final : public service::Host {
 public:

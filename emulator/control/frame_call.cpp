@@ -69,16 +69,82 @@ Answer answer_of(const transports::WatchedFrame& frame, const Arguments& argumen
     return answer;
 }
 
-Answer frame(const CameraCalls::Cameras& cameras, const Arguments& arguments, const Work& work) {
+transports::WatchTransport& watch_of(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
     transports::WatchTransport* const watch = checked_camera(cameras, arguments.camera).watch;
     if (watch == nullptr) throw Failure(FailureCode::not_now, "frame: the daemon keeps no frames for calls");
+    return *watch;
+}
+
+/// The newest frame whose number is larger than `after`. Throws Failure.
+auto next_frame(transports::WatchTransport& watch, std::uint64_t after, const Arguments& arguments,
+                const Work& work) {
     const auto until = std::chrono::steady_clock::now() +
                        std::chrono::microseconds(static_cast<std::int64_t>(arguments.wait_s * 1e6));
-    const auto newest = watch->newest(arguments.after, until, work.cancelled());
+    auto newest = watch.newest(after, until, work.cancelled());
     if (work.cancelled()) throw service::cancelled();
     if (!newest)
         throw Failure(FailureCode::not_now, fmt::format("frame: none came in {} s", arguments.wait_s));
-    return answer_of(*newest, arguments);
+    return newest;
+}
+
+struct StreamArguments : Arguments {
+    std::uint64_t every = 1, frames = 0;
+    std::uint32_t credits = 1;
+
+    Fields fields() {
+        Fields all = Arguments::fields();
+        for (config::Key& key :
+             config::Keys{config::key("every", &every)
+                              .range(1, 1e6)
+                              .help("Distance of two frames in those of the camera: 10 gives one of ten"),
+                          config::key("frames", &frames)
+                              .range(0, 9e15)
+                              .help("Frames after which the stream ends; 0: it goes on"),
+                          config::key("credits", &credits)
+                              .range(0, 1000)
+                              .help("Frames that it may send before the client grants more with `credit`")})
+            all.keys.push_back(std::move(key));
+        return all;
+    }
+};
+
+/// Sends frames until it is cancelled, each of them the newest one at the time at which it may be sent.
+Answer stream(const CameraCalls::Cameras& cameras, StreamArguments arguments, Work& work) {
+    transports::WatchTransport& watch = watch_of(cameras, arguments);
+    work.grant(arguments.credits);
+    std::uint64_t sent = 0, skipped = 0;
+    while (arguments.frames == 0 || sent < arguments.frames) {
+        work.await_credit();
+        const std::uint64_t after = arguments.after > 0 ? arguments.after + arguments.every - 1 : 0;
+        auto newest = next_frame(watch, after, arguments, work);
+        const std::uint64_t number = newest->number;
+        work.reserve(sizeof(std::uint16_t) * static_cast<std::uint64_t>(newest->info.width) *
+                     static_cast<std::uint64_t>(newest->info.height));
+        Answer frame = answer_of(*newest, arguments);
+        skipped += frame.head["skipped"].get<std::uint64_t>();
+        arguments.after = number;
+        work.push(std::move(frame));
+        ++sent;
+    }
+    return {{{"frames", sent}, {"skipped", skipped}}};
+}
+
+std::vector<service::Result> frame_results() {
+    return {{"pixels", "array uint16 [height, width]", "DN", "Digital numbers, first row on top"},
+            {"number", "integer", "", "Counts the frames that were looked at, for `after`"},
+            {"skipped", "integer", "", "Frames between that of `after` and this one"},
+            {"frame", "integer", "", "Number of the frame in its acquisition"},
+            {"trigger", "integer", "", "Number of the trigger"},
+            {"edge_tai_ns", "integer", "ns", "Instant of the trigger's edge, TAI"},
+            {"exposure_us", "number", "us", "ExposureTime"},
+            {"gain_db", "number", "dB", "Gain"},
+            {"bits", "integer", "", "Digital numbers are less than 2^bits"},
+            {"rows", "integer", "", "Rows that are there; the others of an abandoned frame are 0"},
+            {"flags", "integer", "", "Flags of the frame, see docs/images.md"},
+            {"mid_exposure_tai_ns", "integer", "ns", "Middle of the exposure, TAI"},
+            {"camera_position_m", "array of 3 numbers", "m", "True position of the camera then, inertial"},
+            {"camera_orientation", "array of 4 numbers", "",
+             "Quaternion w, x, y, z: from camera to inertial axes"}};
 }
 
 } // namespace
@@ -89,23 +155,27 @@ service::Call frame_call(const CameraCalls::Cameras& cameras) {
         "The newest frame of the camera that the client has not seen, as it left the detector. A client that "
         "asks again and again with the `number` of the last one sees the stream; frames that came meanwhile "
         "are skipped, and counted.",
-        [&cameras](const Arguments& arguments, Work& work) { return frame(cameras, arguments, work); });
-    call.results = {
-        {"pixels", "array uint16 [height, width]", "DN", "Digital numbers, first row on top"},
-        {"number", "integer", "", "Counts the frames that were looked at, for `after`"},
-        {"skipped", "integer", "", "Frames between that of `after` and this one"},
-        {"frame", "integer", "", "Number of the frame in its acquisition"},
-        {"trigger", "integer", "", "Number of the trigger"},
-        {"edge_tai_ns", "integer", "ns", "Instant of the trigger's edge, TAI"},
-        {"exposure_us", "number", "us", "ExposureTime"},
-        {"gain_db", "number", "dB", "Gain"},
-        {"bits", "integer", "", "Digital numbers are less than 2^bits"},
-        {"rows", "integer", "", "Rows that are there; the others of an abandoned frame are 0"},
-        {"flags", "integer", "", "Flags of the frame, see docs/images.md"},
-        {"mid_exposure_tai_ns", "integer", "ns", "Middle of the exposure, TAI"},
-        {"camera_position_m", "array of 3 numbers", "m", "True position of the camera then, inertial"},
-        {"camera_orientation", "array of 4 numbers", "",
-         "Quaternion w, x, y, z: from camera to inertial axes"}};
+        [&cameras](const Arguments& arguments, Work& work) {
+            auto newest = next_frame(watch_of(cameras, arguments), arguments.after, arguments, work);
+            return answer_of(*newest, arguments);
+        });
+    call.results = frame_results();
+    return call;
+}
+
+service::Call stream_call(const CameraCalls::Cameras& cameras) {
+    service::Call call = service::call<StreamArguments>(
+        "stream", service::Permission::view,
+        "Sends the frames of the camera as they come, until the request is cancelled: events \"frame\", "
+        "each of which costs a credit. Without one nothing is sent, and the newest frame follows once there "
+        "is one again. The stream ends if no frame comes for wait_s. Other requests go on beside it.",
+        [&cameras](const StreamArguments& arguments, Work& work) {
+            return stream(cameras, arguments, work);
+        });
+    call.beside = true;
+    call.frames = frame_results();
+    call.results = {{"frames", "integer", "", "Frames that were sent"},
+                    {"skipped", "integer", "", "Frames of the camera between them"}};
     return call;
 }
 

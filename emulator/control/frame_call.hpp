@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Call `frame`: the newest frame of a running camera as an array.
+// Calls `frame` and `stream`: frames of a running camera as arrays.
 #pragma once
 
 #include "emulator/control/camera_calls.hpp"
@@ -7,7 +7,8 @@
 
 namespace obscura::emulator {
 
-/// The row; `cameras` outlives it.
+/// The rows; `cameras` outlives them.
 [[nodiscard]] service::Call frame_call(const CameraCalls::Cameras& cameras);
+[[nodiscard]] service::Call stream_call(const CameraCalls::Cameras& cameras);
 
 } // namespace obscura::emulator

@@ -236,6 +236,56 @@ TEST_CASE("a late answer can be waited for again, and one that is given up is th
     CHECK(calls == std::vector<std::string>{"cancel"});
 }
 
+TEST_CASE("frames of a stream come one by one, each for a credit", "[clients]") {
+    std::vector<json> requests;
+    const FakeServer server([&](const FakeConnection& connection) {
+        connection.greet();
+        const auto stream = connection.read();
+        const auto frame = [&](int number) {
+            const json head{{"event", "frame"}, {"number", number}, {"arrays", {array_row({2}, 0, 8)}}};
+            connection.send(FakeConnection::message(MessageKind::event, stream.id, head,
+                                                    std::string(8, static_cast<char>(number))));
+        };
+        requests.push_back(stream.head);
+        for (int number = 1; number <= 2; ++number)
+            frame(number);
+        for (int number = 3; number <= 5; ++number) {
+            const auto credit = connection.read();
+            requests.push_back(credit.head);
+            CHECK(credit.head.at("request") == stream.id);
+            connection.answer(credit.id, {{"credits", 1}});
+            if (number == 3) frame(number);
+        }
+        connection.answer(stream.id, {{"frames", 3}});
+        const auto further = connection.read();
+        connection.send(FakeConnection::message(MessageKind::event, further.id,
+                                                {{"event", "frame"}, {"arrays", {array_row({2}, 8, 8)}}},
+                                                "12345678"));
+        connection.wait_for_end();
+    });
+    const Client client = connect(server);
+    REQUIRE(obscura_begin(client.get(), "stream", obscura_map("credits", obscura_int(2), NULL)) ==
+            OBSCURA_OK);
+    obscura_answer* raw = nullptr;
+    for (int number = 1; number <= 3; ++number) {
+        REQUIRE(obscura_next(client.get(), -1, &raw) == OBSCURA_OK);
+        const Answer frame(raw);
+        REQUIRE(frame);
+        CHECK(obscura_as_int(obscura_find(obscura_answer_map(frame.get()), "number"), 0) == number);
+        const obscura_array* const array = obscura_array_find(frame.get(), "a");
+        REQUIRE(array != nullptr);
+        CHECK(*static_cast<const char*>(array->data) == number);
+    }
+    CHECK(obscura_next(client.get(), -1, &raw) == OBSCURA_OK);
+    CHECK(raw == nullptr); // it has ended
+    CHECK(obscura_next(client.get(), 0, &raw) == OBSCURA_BAD_USE);
+    CHECK(requests.size() == 4);
+    // A frame with an array that is not in its body ends the connection.
+    REQUIRE(obscura_begin(client.get(), "stream", nullptr) == OBSCURA_OK);
+    CHECK(obscura_next(client.get(), -1, &raw) == OBSCURA_LOST);
+    CHECK(raw == nullptr);
+}
+
 TEST_CASE("progress is told, and cancels if it is wished", "[clients]") {
     const FakeServer server([](const FakeConnection& connection) {
         connection.greet();

@@ -37,9 +37,10 @@ def page(title, intro, calls):
                            [(f"`{f['name']}`", f["type"], f.get("allowed", ""),
                              "required" if f.get("required") else f"`{f['default']}`" if "default" in f else "", f["help"])
                             for f in call["fields"]])
-        if call["results"]:
-            lines += table(["result", "type", "unit", "meaning"],
-                           [(f"`{r['name']}`", r["type"], r.get("unit", ""), r["help"]) for r in call["results"]])
+        for kind in ("frames", "results"):
+            if call.get(kind):
+                lines += table(["of each event \"frame\"" if kind == "frames" else "result", "type", "unit", "meaning"],
+                               [(f"`{r['name']}`", r["type"], r.get("unit", ""), r["help"]) for r in call[kind]])
     return "\n".join(lines).rstrip("\n") + "\n"
 
 

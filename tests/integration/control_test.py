@@ -6,6 +6,7 @@ client keeps them off, and no client disturbs another or the camera.
 Usage: control_test.py OBSCURA SOURCE-DIRECTORY OBSCURAD
 Exit status 1 if a check failed, 77 without numpy.
 """
+import asyncio
 import json
 import os
 import pathlib
@@ -21,6 +22,8 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from client_checks import PATIENCE_S, check, check_refused, end, obscura, obscura_client, source, wait_for  # noqa: E402
+import obscura_client.aio  # noqa: E402
+from obscura_client import protocol  # noqa: E402
 from simulator_client import Simulator  # noqa: E402
 
 obscurad = os.path.abspath(sys.argv[3])
@@ -197,9 +200,75 @@ print(obscura_client.connect_camera({daemon.path!r}).server["permission"])"""], 
             check("a member of the group may move the scene", member.stdout == "scene\n", member)
 
 
+def streams(daemon):
+    """Frames that the daemon sends by itself. How many it skips is a matter of the machine's load."""
+    def follow(frames, count):
+        taken = []
+        for frame in frames:
+            taken.append(frame)
+            if len(taken) == count:
+                return taken
+        return taken
+
+    def tell_skipped(taken):
+        return all(b.number - a.number == 1 + b.skipped for a, b in zip(taken, taken[1:]))
+
+    with daemon.camera() as camera, daemon.camera() as other:
+        taken = []
+        for frame in camera.frames(ahead=2):
+            taken.append(frame)
+            if len(taken) == 2:
+                check("other calls go on within a stream", camera.get("Gain") == 0 and camera.status()["streams"] == 1)
+            if len(taken) == 6:
+                break
+        check("frames of a stream come in their order, and tell what was skipped", tell_skipped(taken), [f.info for f in taken])
+        check("they are those of the files, to the byte", all(
+            frame.pixels.astype("<u2").tobytes() == daemon.pixels(frame.frame)[:2 * WIDTH * HEIGHT] for frame in taken))
+        check("a stream that was left ends", wait_for(lambda: camera.status()["streams"] == 0))
+        check("and leaves its connection as it was", camera.frame(taken[-1].number).number > taken[-1].number)
+        taken = follow(camera.frames(every=4, codec="none"), 4)
+        check("every fourth frame", tell_skipped(taken) and all(f.skipped >= 3 for f in taken[1:]), [f.info for f in taken])
+        late = camera.frames()
+        first = next(late)
+        wait_for(lambda: other.frame().number > first.number + 8)
+        second = next(late)
+        check("a slow reader gets the newest frame next", second.number > first.number + 7 and tell_skipped([first, second]), second.info)
+        late.close()
+        heads = [head["number"] for head, _ in camera._connection.stream("stream", {"frames": 3}, ahead=5)]
+        check("a stream ends after the frames that were asked for", len(heads) == 3, heads)
+        two = [camera.frames(), camera.frames(every=2)]
+        check("two streams of one connection", all(next(stream).number > 0 for stream in two * 2))
+        check_refused("a stream that cannot be is refused", "bad-argument", "every", lambda: next(camera.frames(every=0)))
+
+        async def tasks():
+            async with await obscura_client.aio.connect_camera(daemon.path, timeout_s=PATIENCE_S) as both:
+                async def read(every, count):
+                    numbers = []
+                    async for one in both.frames(every=every, ahead=1):
+                        numbers.append(one.number)
+                        if len(numbers) == count:
+                            return numbers
+                    return numbers
+                read_by = await asyncio.gather(read(1, 5), read(2, 3), both.get("Gain"))
+                late_ones = [stream async for stream in both._stream("stream", {"frames": 2}, 0)]
+                return read_by, len(late_ones), (await both.status())["waiting"]
+        (ones, twos, gain), ended, waiting = asyncio.run(tasks())
+        check("tasks read streams side by side", sorted(set(ones)) == ones and all(b - a >= 2 for a, b in zip(twos, twos[1:])) and
+              gain == 0 and ended == 2 and waiting == 0, (ones, twos))
+
+        with socket.socket(socket.AF_UNIX) as lazy:
+            lazy.connect(daemon.path)
+            for number, call, fields in ((1, "hello", {}), (2, "stream", {"credits": 1000})):
+                lazy.sendall(protocol.request(number, call, fields))
+            newest = other.frame().number
+            check("a client that does not read holds up nobody", len(follow(other.frames(), 5)) == 5 and
+                  other.frame().number >= newest + 4)
+
+
 def another_scene():
     """Frames of one scene, then of another, without a frame between them that is late by the building of it."""
     with Daemon("[gige]\nenabled = false\n[deadline]\npolicy = \"late\"\n") as daemon, daemon.camera() as camera, daemon.camera() as other:
+        streams(daemon)
         text = (daemon.folder / "scene.toml").read_text()
         (daemon.folder / "sub").mkdir()
         (daemon.folder / "sub" / "dark.toml").write_text(text.replace("albedo = 0.1", "albedo = 0"))

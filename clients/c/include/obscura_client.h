@@ -44,7 +44,7 @@ extern "C" {
 
 /** Version of this interface. A larger minor number adds to it, a larger major number breaks it. */
 #define OBSCURA_CLIENT_VERSION_MAJOR 1
-#define OBSCURA_CLIENT_VERSION_MINOR 0
+#define OBSCURA_CLIENT_VERSION_MINOR 1
 
 /** A connection and its scene. */
 typedef struct obscura_client obscura_client;
@@ -155,6 +155,15 @@ OBSCURA_API obscura_status obscura_begin(obscura_client* client, const char* nam
  * OBSCURA_PENDING: it is not there yet, and can be waited for again.
  */
 OBSCURA_API obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answer** answer);
+
+/**
+ * Next frame of the stream in progress, which obscura_begin() has opened, such as "stream" of a camera's
+ * daemon: `*frame` receives it as an answer, which is to be freed. Each but the first grants the server one
+ * more frame (call `credit`), beside the "credits" of the request. The longest wait is as of obscura_wait().
+ * OBSCURA_OK without a frame: the stream has ended as was asked for. It is left by obscura_cancel(), or by
+ * the next request.
+ */
+OBSCURA_API obscura_status obscura_next(obscura_client* client, double wait_s, obscura_answer** frame);
 
 /**
  * Cancels the request in progress, which then ends with OBSCURA_CANCELLED, or with its answer if that was on

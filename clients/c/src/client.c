@@ -136,6 +136,7 @@ obscura_status obscura_begin(obscura_client* client, const char* name, obscura_v
     const obscura_status status = send_request(client, name, fields, &id);
     if (status != OBSCURA_OK) return status;
     client->current = id;
+    client->owes_credit = 0;
     client->news_s = oc_now_s();
     return well(client);
 }
@@ -182,8 +183,28 @@ static obscura_status news(obscura_client* client, const obscura_value* head) {
     return status == OBSCURA_OK ? OBSCURA_PENDING : status;
 }
 
-/** Uses the message that has arrived; OBSCURA_PENDING: it was not the answer. */
-static obscura_status take_message(obscura_client* client, obscura_answer** answer) {
+/** Makes an answer, or a frame, of the message that has arrived; takes over `head`. */
+static obscura_status take_arrays(obscura_client* client, obscura_value* head, obscura_answer** answer) {
+    oc_incoming* in = &client->in;
+    const char* why = NULL;
+    obscura_answer* made = oc_answer_new(head, in->body, in->body_bytes, &why);
+    in->body = NULL;
+    if (made == NULL) return oc_lose(client, "%s: %s", client->address, why);
+    if (answer != NULL)
+        *answer = made;
+    else
+        obscura_answer_free(made);
+    return well(client);
+}
+
+static int is_frame(const obscura_value* head) {
+    const char* event = obscura_as_string(obscura_find(head, "event"));
+    return event != NULL && strcmp(event, "frame") == 0;
+}
+
+/** Uses the message that has arrived; OBSCURA_PENDING: it was not the answer. `frame`: where a frame of a
+ * stream is wanted instead of the answer; else NULL. */
+static obscura_status take_message(obscura_client* client, obscura_answer** answer, obscura_answer** frame) {
     oc_incoming* in = &client->in;
     const int of_connection = in->kind == OC_ERROR && in->id == 0;
     if (!of_connection && in->id != client->current) { /* of a request that was given up */
@@ -197,22 +218,16 @@ static obscura_status take_message(obscura_client* client, obscura_answer** answ
         status = oc_lose(client, "%s: %s", client->address, why);
     } else if (in->kind == OC_ERROR) {
         status = refused(client, head, of_connection);
+    } else if (in->kind == OC_EVENT && frame != NULL && is_frame(head)) {
+        client->owes_credit = 1;
+        status = take_arrays(client, head, frame);
+        head = NULL;
     } else if (in->kind == OC_EVENT) {
         status = news(client, head);
     } else if (in->kind == OC_ANSWER) {
-        obscura_answer* made = oc_answer_new(head, in->body, in->body_bytes, &why);
-        head = NULL;
-        in->body = NULL;
         client->current = 0;
-        if (made == NULL) {
-            status = oc_lose(client, "%s: %s", client->address, why);
-        } else {
-            status = well(client);
-            if (answer != NULL)
-                *answer = made;
-            else
-                obscura_answer_free(made);
-        }
+        status = take_arrays(client, head, answer);
+        head = NULL;
     } else {
         status = oc_lose(client, "%s: a message of kind %u", client->address, in->kind);
     }
@@ -221,17 +236,23 @@ static obscura_status take_message(obscura_client* client, obscura_answer** answ
     return status;
 }
 
-obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answer** answer) {
-    if (answer != NULL) *answer = NULL;
+/** Whether a request is in progress. */
+static obscura_status check_current(obscura_client* client) {
     if (client->socket < 0) return client->error.status == OBSCURA_LOST ? OBSCURA_LOST : closed(client);
     if (client->current == 0)
         return oc_fail(&client->error, OBSCURA_BAD_USE, "bad-use", "no request is in progress");
+    return OBSCURA_OK;
+}
+
+/** Waits for the answer or, where `frame` is not NULL, for a frame or the answer. */
+static obscura_status wait_for_message(obscura_client* client, double wait_s, obscura_answer** answer,
+                                       obscura_answer** frame) {
     const double end_s = wait_s < 0 ? INFINITY : oc_now_s() + wait_s;
     for (;;) {
         const int got = oc_receive(client);
         if (got < 0) return OBSCURA_LOST;
         if (got > 0) {
-            const obscura_status status = take_message(client, answer);
+            const obscura_status status = take_message(client, answer, frame);
             if (status != OBSCURA_PENDING) return status;
         }
         const double now_s = oc_now_s(), silent_s = client->news_s + client->timeout_s;
@@ -246,6 +267,24 @@ obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answe
             if (status != OBSCURA_OK) return status;
         }
     }
+}
+
+obscura_status obscura_wait(obscura_client* client, double wait_s, obscura_answer** answer) {
+    if (answer != NULL) *answer = NULL;
+    const obscura_status status = check_current(client);
+    return status == OBSCURA_OK ? wait_for_message(client, wait_s, answer, NULL) : status;
+}
+
+obscura_status obscura_next(obscura_client* client, double wait_s, obscura_answer** frame) {
+    *frame = NULL;
+    obscura_status status = check_current(client);
+    if (status == OBSCURA_OK && client->owes_credit) {
+        uint32_t id;
+        client->owes_credit = 0;
+        status =
+            send_request(client, "credit", obscura_map("request", obscura_int(client->current), NULL), &id);
+    }
+    return status == OBSCURA_OK ? wait_for_message(client, wait_s, NULL, frame) : status;
 }
 
 obscura_status obscura_call(obscura_client* client, const char* name, obscura_value* fields,

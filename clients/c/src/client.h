@@ -35,6 +35,7 @@ struct obscura_client {
     obscura_error error;
     uint32_t next_id;
     uint32_t current; /**< request in progress; 0: none */
+    int owes_credit;  /**< a frame of the stream in progress was taken */
     double news_s;    /**< time at which the server was heard of last, or the request began */
     oc_incoming in;
     obscura_progress progress;

@@ -144,6 +144,8 @@ struct Status {
     struct Result {
         /// Requests that wait
         std::optional<std::int64_t> waiting{};
+        /// Streams that are open
+        std::optional<std::int64_t> streams{};
         /// Name of the request in progress; missing: none is
         std::string call{};
         /// Its number
@@ -155,6 +157,7 @@ struct Status {
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {detail::optional<std::int64_t>(head["waiting"]),
+                detail::optional<std::int64_t>(head["streams"]),
                 head["call"].string(),
                 detail::optional<std::int64_t>(head["request"]),
                 detail::optional<std::int64_t>(head["done"]),
@@ -180,6 +183,30 @@ struct Cancel {
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {detail::optional<std::int64_t>(head["cancelled"])};
+    }
+};
+
+/// Grants a stream of the connection further frames, each of which costs it one. Does not wait for others.
+struct Credit {
+    static constexpr const char* name = "credit";
+    /// Number of the request that opened the stream, as its message had it
+    std::int64_t request{};
+    /// Frames that it may send further (1 to 1000; default 1)
+    std::optional<std::int64_t> frames{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "request", request);
+        detail::put(map, "frames", frames);
+        return map;
+    }
+
+    struct Result {
+        /// Frames that it may send now; 0: there is no such stream
+        std::optional<std::int64_t> credits{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {detail::optional<std::int64_t>(head["credits"])};
     }
 };
 

@@ -309,6 +309,40 @@ struct RenderOptions {
     }
 };
 
+/// Frames of a stream in a range-based for loop, which may be left at any time. Keeps no other than the one
+/// at hand.
+class Frames {
+public:
+    explicit Frames(obscura_client* client) : client_(client) {}
+
+    /// Behind the last frame.
+    struct End {};
+    /// Input iterator, which waits for the next frame.
+    class Iterator {
+    public:
+        explicit Iterator(obscura_client* client) : client_(client) { ++*this; }
+        [[nodiscard]] const Answer& operator*() const noexcept { return *frame_; }
+        [[nodiscard]] const Answer* operator->() const noexcept { return &*frame_; }
+        Iterator& operator++() {
+            frame_.reset();
+            obscura_answer* frame = nullptr;
+            check(obscura_next(client_, -1, &frame), *obscura_last_error(client_));
+            if (frame != nullptr) frame_.emplace(frame);
+            return *this;
+        }
+        [[nodiscard]] bool operator!=(End /*end*/) const noexcept { return frame_.has_value(); }
+
+    private:
+        obscura_client* client_;
+        std::optional<Answer> frame_;
+    };
+    [[nodiscard]] Iterator begin() const { return Iterator(client_); }
+    [[nodiscard]] End end() const noexcept { return {}; }
+
+private:
+    obscura_client* client_;
+};
+
 /// Hears of a call that takes long: done, total, seconds left (NaN: not known). Returning false cancels the
 /// call.
 using Progress = std::function<bool(std::int64_t, std::int64_t, double)>;
@@ -338,6 +372,12 @@ public:
         const obscura_status status = obscura_wait(get(), wait_s, &answer);
         finish(status);
         return status == OBSCURA_PENDING ? std::nullopt : std::optional<Answer>(std::in_place, answer);
+    }
+    /// Opens a stream of a camera's daemon: `for (const Answer& frame : client.frames({{"every", 10}}))`. The
+    /// next request ends it.
+    Frames frames(Map fields = {}) {
+        begin("stream", std::move(fields));
+        return Frames(get());
     }
     /// Cancels the request in progress; for any thread.
     void cancel() noexcept { obscura_cancel(get()); }

@@ -8,6 +8,7 @@ local calls = {}
 calls.kinds = {
   ["hello"] = {protocol_min = "integer", protocol_max = "integer"},
   ["cancel"] = {request = "integer"},
+  ["credit"] = {request = "integer", frames = "integer"},
   ["memory.open"] = {slots = "integer", bytes = "integer"},
   ["scene.load"] = {scene = "map"},
   ["scene.set"] = {keys = "map"},
@@ -71,6 +72,7 @@ end
 
 ---@class obscura.StatusAnswer
 ---@field waiting? integer Requests that wait
+---@field streams? integer Streams that are open
 ---@field call? string Name of the request in progress; missing: none is
 ---@field request? integer Its number
 ---@field done? integer Parts of it that are done
@@ -93,6 +95,20 @@ end
 ---@return obscura.CancelAnswer head
 function calls:cancel(fields)
   return self:request("cancel", fields)
+end
+
+---@class obscura.Credit
+---@field request integer Number of the request that opened the stream, as its message had it
+---@field frames? integer Frames that it may send further (1 to 1000; default 1)
+
+---@class obscura.CreditAnswer
+---@field credits? integer Frames that it may send now; 0: there is no such stream
+
+--- Grants a stream of the connection further frames, each of which costs it one. Does not wait for others.
+---@param fields obscura.Credit
+---@return obscura.CreditAnswer head
+function calls:credit(fields)
+  return self:request("credit", fields)
 end
 
 ---@class obscura.MemoryOpen

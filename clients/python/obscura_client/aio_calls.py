@@ -14,6 +14,7 @@ from .calls import (
     CameraTriggerAnswer,
     CancelAnswer,
     ChallengeAnswer,
+    CreditAnswer,
     DescribeAnswer,
     EventsAnswer,
     FrameAnswer,
@@ -87,6 +88,20 @@ class AsyncCalls:
         """
         head, _ = await self._ask("cancel", request=request)
         return cast(CancelAnswer, head)
+
+    async def credit(
+        self,
+        *,
+        request: int,
+        frames: Optional[int] = None,
+    ) -> CreditAnswer:
+        """Grants a stream of the connection further frames, each of which costs it one. Does not wait for others.
+
+        request: Number of the request that opened the stream, as its message had it
+        frames: Frames that it may send further (1 to 1000; default 1)
+        """
+        head, _ = await self._ask("credit", request=request, frames=frames)
+        return cast(CreditAnswer, head)
 
     async def memory_open(
         self,

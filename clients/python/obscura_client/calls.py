@@ -49,6 +49,8 @@ class StatusAnswer(TypedDict, total=False):
 
     # Requests that wait
     waiting: int
+    # Streams that are open
+    streams: int
     # Name of the request in progress; missing: none is
     call: str
     # Its number
@@ -64,6 +66,13 @@ class CancelAnswer(TypedDict, total=False):
 
     # Requests that were found
     cancelled: int
+
+
+class CreditAnswer(TypedDict, total=False):
+    """Answer of credit."""
+
+    # Frames that it may send now; 0: there is no such stream
+    credits: int
 
 
 class MemoryOpenAnswer(TypedDict, total=False):
@@ -310,6 +319,20 @@ class Calls:
         """
         head, _ = self._ask("cancel", request=request)
         return cast(CancelAnswer, head)
+
+    def credit(
+        self,
+        *,
+        request: int,
+        frames: Optional[int] = None,
+    ) -> CreditAnswer:
+        """Grants a stream of the connection further frames, each of which costs it one. Does not wait for others.
+
+        request: Number of the request that opened the stream, as its message had it
+        frames: Frames that it may send further (1 to 1000; default 1)
+        """
+        head, _ = self._ask("credit", request=request, frames=frames)
+        return cast(CreditAnswer, head)
 
     def memory_open(
         self,

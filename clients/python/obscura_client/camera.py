@@ -53,6 +53,11 @@ class Frame:
         return f"<Frame {self.frame}, {width} x {height} px, {self.bits} bit, {self.skipped} skipped before it>"
 
 
+def stream_fields(camera: int, wait_s: float, codec: str, every: int) -> Dict[str, Any]:
+    """Fields of the call stream."""
+    return {"camera": camera, "wait_s": float(wait_s), "codec": codec, "every": every}
+
+
 class Camera(Session):
     """A camera of a running daemon, which other programs see too. Settings have their SFNC names.
 
@@ -104,13 +109,14 @@ class Camera(Session):
         head, arrays = self._connection.request("frame", {"camera": self.camera, "after": after, "wait_s": float(wait_s), "codec": codec})
         return Frame(head, arrays["pixels"])
 
-    def frames(self, wait_s: float = 10, codec: str = "none") -> Iterator[Frame]:
-        """The stream: each frame is the newest one, and says how many were skipped since the one before."""
-        number = 0
-        while True:
-            frame = self.frame(number, wait_s, codec)
-            number = frame.number
-            yield frame
+    def frames(self, wait_s: float = 10, codec: str = "none", *, every: int = 1, ahead: int = 0) -> Iterator[Frame]:
+        """The stream: each frame is the newest one when it is asked for, and says how many were skipped since the one before.
+
+        every: 10 gives one frame of ten; ahead: further frames that may be on their way meanwhile, which then are older. Other
+        calls work within the loop, which may be left at any time. Raises RequestError if no frame comes for `wait_s`."""
+        fields = stream_fields(self.camera, wait_s, codec, every)
+        for head, arrays in self._connection.stream("stream", fields, ahead):
+            yield Frame(head, arrays["pixels"])
 
     # Scene
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import socket
 import struct
-from typing import Any, Callable, Dict, Optional, Tuple
+from collections import deque
+from typing import Any, Callable, Deque, Dict, Iterator, Optional, Tuple, Union
 
 import numpy
 
@@ -14,6 +15,7 @@ from .memory import Place, SharedMemory
 from .protocol import Arrays
 
 Progress = Callable[[int, int, Optional[float]], None]
+Item = Union[Tuple[Dict[str, Any], Arrays], RequestError, None]  # of a stream: a frame, or its end
 
 
 def _open(address: str, timeout_s: float) -> socket.socket:
@@ -43,6 +45,7 @@ class Connection:
         self._interrupted = False  # it was cancelled by Ctrl-C
         self._whole = True  # no message has been read in part
         self._descriptor: Optional[int] = None  # that came with a message
+        self._streams: Dict[int, Deque[Item]] = {}  # by the number of the request: what has come and was not taken
         self.memory: Optional[SharedMemory] = None
         self.place: Optional[Place] = None  # of the arrays of the last answer; None: they are its own
 
@@ -109,6 +112,32 @@ class Connection:
             raise KeyboardInterrupt
         return answer
 
+    def stream(self, call: str, fields: Dict[str, Any], ahead: int) -> Iterator[Tuple[Dict[str, Any], Arrays]]:
+        """Heads and arrays of the frames of a stream. A frame that is taken grants the next; `ahead` further ones may be on their
+        way. Closing the generator, and Ctrl-C, end the stream, not the connection."""
+        number = self._send(call, {**fields, "credits": 1 + ahead})
+        items = self._streams[number] = deque()
+        ended = False
+        try:
+            while True:
+                self._current, self._interrupted = number, False
+                while not items:
+                    self._take()
+                item = items.popleft()
+                ended = item is None or isinstance(item, RequestError)
+                if self._interrupted:
+                    raise KeyboardInterrupt
+                if isinstance(item, RequestError):
+                    raise item
+                if item is None:
+                    return
+                yield item
+                self._send("credit", {"request": number})
+        finally:
+            del self._streams[number]
+            if not ended and self._socket is not None:
+                self._send("cancel", {"request": number})
+
     def _send(self, call: str, fields: Dict[str, Any]) -> int:
         if self._socket is None:
             raise ConnectionLost(f"{self.address}: the connection is closed")
@@ -125,28 +154,43 @@ class Connection:
 
     def _receive(self, number: int, progress: Optional[Progress]) -> Tuple[Dict[str, Any], Arrays]:
         while True:
-            data = self._read(protocol.FRAME_BYTES)
-            self._whole = False
-            try:
-                frame = protocol.frame(data.data)
-                head = messagepack.unpack(self._read(frame.head_bytes).data)
-            except ValueError as error:
-                self.close()
-                raise ConnectionLost(f"{self.address}: {error}") from None
-            body = self._read(frame.body_bytes)
-            self._whole = True
-            if frame.kind == protocol.ERROR and frame.number in (0, number):
-                if frame.number == 0:  # of the connection as a whole
-                    self.close()
+            frame, head, body = self._take()
+            if frame.kind == protocol.ERROR and frame.number == number:
                 raise RequestError(head)
             if frame.number != number:
-                continue  # of a request that was given up
+                continue  # of a request that was given up, or of a stream
             if frame.kind == protocol.EVENT and progress is not None and head.get("event") == "progress":
                 progress(head["done"], head["total"], head.get("left_s"))
             if frame.kind == protocol.ANSWER:
-                row = head.pop("memory", None)
-                self.place = None if row is None or self.memory is None else Place(self.memory, row)
-                return head, protocol.arrays(head, body if self.place is None else self.place.body())
+                return head, self._arrays(head, body)
+
+    def _arrays(self, head: Dict[str, Any], body: numpy.ndarray[Any, Any]) -> Arrays:
+        row = head.pop("memory", None)
+        self.place = None if row is None or self.memory is None else Place(self.memory, row)
+        return protocol.arrays(head, body if self.place is None else self.place.body())
+
+    def _take(self) -> Tuple[protocol.Frame, Dict[str, Any], numpy.ndarray[Any, Any]]:
+        """The next message; those of streams are kept for them, too."""
+        data = self._read(protocol.FRAME_BYTES)
+        self._whole = False
+        try:
+            frame = protocol.frame(data.data)
+            head = messagepack.unpack(self._read(frame.head_bytes).data)
+        except ValueError as error:
+            self.close()
+            raise ConnectionLost(f"{self.address}: {error}") from None
+        body = self._read(frame.body_bytes)
+        self._whole = True
+        if frame.kind == protocol.ERROR and frame.number == 0:  # of the connection as a whole
+            self.close()
+            raise RequestError(head)
+        items = self._streams.get(frame.number)
+        if items is not None:
+            if frame.kind == protocol.EVENT and head.get("event") == "frame":
+                items.append((head, self._arrays(head, body)))
+            elif frame.kind != protocol.EVENT:
+                items.append(RequestError(head) if frame.kind == protocol.ERROR else None)
+        return frame, head, body
 
     def _receive_into(self, view: memoryview) -> int:
         assert self._socket is not None

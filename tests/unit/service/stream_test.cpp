@@ -38,9 +38,9 @@ struct Counting {
 /// Calls: echo; count, a stream of numbers; series, the same in its turn.
 class StreamHost final : public Host {
 public:
-    std::atomic<std::uint64_t> made{0};         ///< frames
-    std::atomic<int> sessions{0}, streams{0};   ///< that there are
-    std::atomic<bool> blocks{false};            ///< sessions that open or end wait for false
+    std::atomic<std::uint64_t> made{0};       ///< frames
+    std::atomic<int> sessions{0}, streams{0}; ///< that there are
+    std::atomic<bool> blocks{false};          ///< sessions that open or end wait for false
     std::atomic<int> blocked{0};
 
     [[nodiscard]] std::string version() const override { return "test"; }

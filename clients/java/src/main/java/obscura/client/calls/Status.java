@@ -16,16 +16,17 @@ public final class Status extends Call<Status.Result> {
      * Answer of status; null is what the server did not send.
      *
      * @param waiting Requests that wait
+     * @param streams Streams that are open
      * @param call Name of the request in progress; missing: none is
      * @param request Its number
      * @param done Parts of it that are done
      * @param total Parts of it
      */
-    public record Result(Long waiting, String call, Long request, Long done, Long total) {}
+    public record Result(Long waiting, Long streams, String call, Long request, Long done, Long total) {}
 
     @Override
     public Result read(Map<String, Object> head) {
-        return new Result((Long) head.get("waiting"), (String) head.get("call"), (Long) head.get("request"),
-                (Long) head.get("done"), (Long) head.get("total"));
+        return new Result((Long) head.get("waiting"), (Long) head.get("streams"), (String) head.get("call"),
+                (Long) head.get("request"), (Long) head.get("done"), (Long) head.get("total"));
     }
 }
