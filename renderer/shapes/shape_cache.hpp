@@ -8,25 +8,33 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace obscura::renderer {
 
 class ShapeContext;
 
-/// Shapes of the scene that was built last, by kind, parameters and files: a scene in which only poses or
-/// materials are others need not build its meshes again. A file counts as the same if its size and time of
-/// change are. Kinds with tables of their own (terrains, planets) are made anew. Thread-bound; the shapes are
-/// immutable, so that renderers that have them need not care.
+/// What a body of the next scene will ask for.
+struct WantedShape {
+    const scene::Shape* description;
+    bool emits; ///< see ShapeContext
+};
+
+/// Shapes of the scene that was built last, by kind, parameters, tables and files: a scene in which only
+/// poses or materials are others need not build its meshes again, nor make the tiles of its planets and
+/// terrains. A file counts as the same if its size and time of change are, and those of the data beside a PDS
+/// label. Terrains that keep the Sun's visibility are made anew: their light depends on what was seen before.
+/// Thread-bound; what rays meet of a shape does not depend on its use, so that renderers that have one need
+/// not care.
 class ShapeCache {
 public:
-    /// What get() does not return until end_scene() is forgotten then.
-    void begin_scene();
+    /// Forgets all shapes but these; then get() is called for each of them.
+    void begin_scene(const std::vector<WantedShape>& wanted);
     /// The shape of an equal description that emits light alike, or else make_shape().
     [[nodiscard]] std::shared_ptr<const Shape> get(const scene::Shape& description, ShapeContext& context);
-    void end_scene();
 
 private:
-    std::map<std::string, std::shared_ptr<const Shape>> last_, now_;
+    std::map<std::string, std::shared_ptr<const Shape>> shapes_;
 };
 
 } // namespace obscura::renderer

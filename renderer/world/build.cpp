@@ -74,6 +74,11 @@ std::filesystem::path find_texture(const std::filesystem::path& mesh, const std:
     return folder / path;
 }
 
+/// An area light is uniform; textured light is found by the paths that hit it.
+bool is_area_light(const scene::Body& body) {
+    return !body.emission_w_m2_sr.empty() && body.textures.emission.empty();
+}
+
 /// Makes the surface textures of bodies; those that name the same file share one texture.
 class SurfaceTexturesMaker {
 public:
@@ -282,15 +287,17 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
     SurfaceTexturesMaker texture_maker(scene.bands);
     const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
     std::vector<BuiltBody> built;
-    if (cache != nullptr) cache->begin_scene();
+    std::vector<WantedShape> wanted;
+    for (const scene::Body& body : scene.bodies)
+        wanted.push_back({&body.shape, is_area_light(body)});
+    if (cache != nullptr) cache->begin_scene(wanted);
     std::uint32_t materials = 1;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const scene::Body& body = scene.bodies[i];
         scene::at_position(body.position, [&] {
             (void)make_material(body.material, name_of(body));
             shapes.place = name_of(body);
-            // An area light is uniform; textured light is found by the paths that hit it.
-            shapes.emits = !body.emission_w_m2_sr.empty() && body.textures.emission.empty();
+            shapes.emits = is_area_light(body);
             auto shape = cache != nullptr ? cache->get(body.shape, shapes) : make_shape(body.shape, shapes);
             scene::Material material_at_mean = body.material;
             auto textures = texture_maker.make(body, *shape, material_at_mean);
@@ -302,7 +309,6 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
             materials += slots;
         });
     }
-    if (cache != nullptr) cache->end_scene();
     if (scene.sun.irradiance_scale == 0) return built;
     scene::Motion sun_motion;
     sun_motion.samples[0].pose.position_m = scene.sun.position_m;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shapes are taken over from the scene before where they are the same, and pictures do not depend on that.
+#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/shapes/shape_cache.hpp"
@@ -7,9 +8,11 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace obscura;
@@ -51,11 +54,16 @@ TEST_CASE("a shape of an equal description is taken over", "[renderer]") {
     const auto scene_of = [&](const std::vector<std::string>& keys, bool emits = false) {
         ShapeContext context;
         context.emits = emits;
-        std::vector<std::shared_ptr<const Shape>> shapes;
-        cache.begin_scene();
+        std::vector<scene::Shape> descriptions;
         for (const std::string& body : keys)
-            shapes.push_back(cache.get(shape_of(folder, body), context));
-        cache.end_scene();
+            descriptions.push_back(shape_of(folder, body));
+        std::vector<WantedShape> wanted;
+        for (const scene::Shape& each : descriptions)
+            wanted.push_back({&each, emits});
+        std::vector<std::shared_ptr<const Shape>> shapes;
+        cache.begin_scene(wanted);
+        for (const scene::Shape& each : descriptions)
+            shapes.push_back(cache.get(each, context));
         return shapes;
     };
     const auto first = scene_of({mesh, rock + "1", rock + "1"});
@@ -79,10 +87,9 @@ TEST_CASE("a file that has changed is read again", "[renderer]") {
     ShapeCache cache;
     const auto get = [&] {
         ShapeContext context;
-        cache.begin_scene();
-        auto shape = cache.get(shape_of(folder, mesh), context);
-        cache.end_scene();
-        return shape;
+        const scene::Shape description = shape_of(folder, mesh);
+        cache.begin_scene({{&description, false}});
+        return cache.get(description, context);
     };
     const auto first = get();
     CHECK(get() == first);
@@ -95,13 +102,60 @@ TEST_CASE("a file that has changed is read again", "[renderer]") {
     CHECK(get() != second);
 }
 
-TEST_CASE("terrains are made anew", "[renderer]") {
+TEST_CASE("a planet is taken over with its tiles, unless one of its keys is another", "[renderer]") {
     const test::TempFolder folder;
+    const std::string planet = "shape = 'planet'\nradii_m = [1000, 1000, 1000]\ntile_memory_mib = 128\n";
     ShapeCache cache;
-    const scene::Shape planet = shape_of(folder, "shape = 'planet'\nradii_m = [1000, 1000, 1000]\n");
-    ShapeContext first, second;
-    cache.begin_scene();
-    CHECK(cache.get(planet, first) != cache.get(planet, second));
+    const auto get = [&](const std::string& keys) {
+        ShapeContext context;
+        const scene::Shape description = shape_of(folder, keys);
+        cache.begin_scene({{&description, false}});
+        return cache.get(description, context);
+    };
+    auto first = get(planet);
+    CHECK(get(planet) == first);
+    CHECK(get(planet + "cell_px = 1\n") != first);
+    // What is not wanted any more is gone before its successor is made: both might not fit.
+    const std::weak_ptr<const Shape> forgotten = std::exchange(first, nullptr);
+    CHECK(forgotten.expired());
+    const auto craters =
+        get(planet + "[body.detail]\ncrater_age_ga = 1\ncrater_least_m = 50\ncrater_largest_m = 300\n");
+    CHECK(get(planet + "[body.detail]\ncrater_age_ga = 1\ncrater_least_m = 50\ncrater_largest_m = 300\n") ==
+          craters);
+    CHECK(get(planet + "[body.detail]\ncrater_age_ga = 2\ncrater_least_m = 50\ncrater_largest_m = 300\n") !=
+          craters);
+    // Kept sunlight depends on the pictures before.
+    const auto sunlit = get(planet + "sun_visibility = 'tiles'\n");
+    CHECK(get(planet + "sun_visibility = 'tiles'\n") != sunlit);
+}
+
+TEST_CASE("tiles of a planet are not made again when another body moves", "[renderer]") {
+    const auto scene_at = [](double x_m) {
+        scene::Scene scene = scene::parse_scene(
+            "[camera]\nwidth = 32\nheight = 32\nfocal_length_mm = 40\npixel_pitch_um = 20\n"
+            "position_m = [0, 0, -3000]\nboresight = [0, 0, 1]\nup = [0, -1, 0]\n"
+            "[sun]\ndirection = [-1, -1, -1]\n"
+            "[[body]]\nname = 'planet'\nshape = 'planet'\nradii_m = [1000, 1000, 1000]\nalbedo = 0.4\n"
+            "tile_memory_mib = 128\n[body.detail]\ncrater_age_ga = 1\ncrater_least_m = 50\ncrater_largest_m "
+            "= 300\n"
+            "[[body]]\nname = 'moon'\nshape = 'ellipsoid'\nradii_m = [4, 4, 4]\nalbedo = 0.2\n",
+            "scene.toml");
+        scene.bodies[1].motion.samples[0].pose.position_m = {x_m, 0, -2000};
+        return scene;
+    };
+    const auto cache = make_shape_cache();
+    const auto tiles_made = [&] {
+        ShapeContext context;
+        return cache->get(scene_at(0).bodies[0].shape, context)->tiles()->usage().made;
+    };
+    const std::vector<float> before = picture(scene_at(0), cache);
+    const std::uint64_t made = tiles_made();
+    CHECK(made > 6);
+    const std::vector<float> after = picture(scene_at(3), cache);
+    CHECK(tiles_made() == made);
+    CHECK(after != before);
+    CHECK(after == picture(scene_at(3), nullptr));
+    CHECK(before == picture(scene_at(0), cache));
 }
 
 TEST_CASE("a picture with shapes of the scene before is the picture without", "[renderer]") {
