@@ -10,6 +10,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace obscura::tools {
 MonitorClient::MonitorClient(const std::filesystem::path& socket)
@@ -54,6 +55,16 @@ std::vector<MonitorClient> connect_to_daemons(const std::string& socket) {
                                 ? "no daemon with a monitor socket runs here (monitor.socket; --socket PATH)"
                                 : fmt::format("no daemon answers: {}", refused));
     return clients;
+}
+
+MonitorClient connect_to_daemon(const std::string& program, const std::string& socket) {
+    std::vector<MonitorClient> daemons = connect_to_daemons(socket);
+    if (daemons.size() == 1) return std::move(daemons.front());
+    std::string paths;
+    for (const MonitorClient& one : daemons)
+        paths += fmt::format("{}{}", paths.empty() ? "" : ", ", one.path().string());
+    throw Error(exit_usage, fmt::format("{}: {} daemons run here, choose one with --socket: {}", program,
+                                        daemons.size(), paths));
 }
 
 } // namespace obscura::tools

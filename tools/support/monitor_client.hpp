@@ -32,4 +32,8 @@ private:
 /// HardwareError if there is none, with the reason.
 [[nodiscard]] std::vector<MonitorClient> connect_to_daemons(const std::string& socket);
 
+/// As connect_to_daemons(), for a program that asks one daemon. Throws Error (exit_usage) if several run,
+/// with their sockets; `program` stands in front of that message.
+[[nodiscard]] MonitorClient connect_to_daemon(const std::string& program, const std::string& socket);
+
 } // namespace obscura::tools

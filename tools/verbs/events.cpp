@@ -32,16 +32,9 @@ public:
 
     int run() override {
         catch_interrupts();
-        const std::vector<MonitorClient> daemons = connect_to_daemons(socket_);
-        if (daemons.size() > 1) {
-            std::string paths;
-            for (const MonitorClient& one : daemons)
-                paths += fmt::format("{}{}", paths.empty() ? "" : ", ", one.path().string());
-            throw UsageError(fmt::format("obscura events: {} daemons run here, choose one with --socket: {}",
-                                         daemons.size(), paths));
-        }
+        const MonitorClient daemon = connect_to_daemon("obscura events", socket_);
         while (!interrupted()) {
-            if (print(daemons.front())) continue;
+            if (print(daemon)) continue;
             if (!follow_) break;
             const timespec pause{0, 200 * ns_per_ms};
             nanosleep(&pause, nullptr);
