@@ -24,6 +24,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from client_checks import PATIENCE_S, check, check_refused, end, obscura, obscura_client, source, wait_for  # noqa: E402
 import obscura_client.aio  # noqa: E402
 from obscura_client import protocol  # noqa: E402
+from gvcp_client import CONTROL, CONTROL_PRIVILEGE, NO_CONTROL, GvcpClient  # noqa: E402
 from simulator_client import Simulator  # noqa: E402
 
 obscurad = os.path.abspath(sys.argv[3])
@@ -388,24 +389,6 @@ listen = "127.0.0.1:{port}"
     check("poses and steps are those of the simulator port, to the byte", fly(by_calls) == fly(by_port))
 
 
-class GvcpClient:
-    """Takes control of a GigE Vision camera, and gives it up."""
-
-    def __init__(self, port):
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.connect(("127.0.0.1", port))
-        self.socket.settimeout(PATIENCE_S)
-        self.number = 0
-
-    def write(self, address, value):
-        self.number += 1
-        self.socket.send(struct.pack(">BBHHHII", 0x42, 1, 0x82, 8, self.number, address, value))
-        return struct.unpack(">H", self.socket.recv(64)[:2])[0]
-
-    def address(self):
-        return "{}:{}".format(*self.socket.getsockname())
-
-
 def beside_gige():
     port = free_port(socket.SOCK_DGRAM)
     with Daemon(f"""[gige]
@@ -414,12 +397,12 @@ interface = "127.0.0.1"
 port = {port}
 """) as daemon, daemon.camera() as camera:
         check("without a client of its own the camera is open to calls", camera.set(Gain=3) == {"Gain": 3})
-        client = GvcpClient(port)
-        check("a GigE Vision client takes control", client.write(0xA00, 2) == 0)
+        client = GvcpClient(port, PATIENCE_S)
+        check("a GigE Vision client takes control", client.write(CONTROL_PRIVILEGE, CONTROL) == 0)
         for what, call in (("write", lambda: camera.set(Gain=6)), ("start", camera.start), ("stop", camera.stop), ("trigger", camera.trigger)):
             check_refused(f"then no {what} of others", "controlled", f"controlled by {client.address()}", call)
         check("but they may look", camera.get("Gain") == 3 and camera.state()["cameras"][0]["controller"] == client.address())
-        check("it leaves", client.write(0xA00, 0) == 0)
+        check("it leaves", client.write(CONTROL_PRIVILEGE, NO_CONTROL) == 0)
         check("and the camera is open again", camera.set(TriggerSource="Software")["TriggerSource"] == "Software")
         check("to triggers, too", camera.start() and camera.trigger()["frame"] == 1)
         check_refused("no poses without a simulator port", "not-now", "simulator.enabled", lambda: camera.pose("camera", 1, (0, 0, 0)))
