@@ -80,6 +80,13 @@ int run(const std::vector<std::string>& arguments) {
         return made->run();
     }
     const std::string word = verb.substr(0, 60);
+    std::string second;
+    for (const VerbEntry& entry : verbs())
+        if (entry.name.substr(0, word.size() + 1) == word + " ")
+            second += fmt::format("{}{}", second.empty() ? "" : ", ", entry.name.substr(word.size() + 1));
+    if (!second.empty())
+        throw UsageError(fmt::format("obscura {}: a second word is missing, allowed {} (try: obscura --help)",
+                                     word, second));
     throw UsageError(
         fmt::format("obscura: unknown verb \"{}\", {} (try: obscura --help)", word, suggestion(word, known)));
 }

@@ -1,0 +1,283 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The verbs of obscura that call a running daemon: values and frames are those of the Python client, refusals have one line and
+an exit status of their own, and an answer of a hostile daemon does no harm.
+
+Usage: operator_test.py OBSCURA SOURCE-DIRECTORY OBSCURAD
+Exit status 1 if a check failed, 77 without numpy.
+"""
+import ctypes
+import io
+import json
+import os
+import pathlib
+import random
+import socket
+import struct
+import subprocess
+import sys
+import tarfile
+import tempfile
+import threading
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from client_checks import PATIENCE_S, check, end, obscura, obscura_client, source, wait_for  # noqa: E402
+from gvcp_client import CONTROL, CONTROL_PRIVILEGE, NO_CONTROL, GvcpClient  # noqa: E402
+from obscura_client import protocol  # noqa: E402
+from obscura_client.messagepack import pack  # noqa: E402
+from small_daemon import SmallDaemon  # noqa: E402
+
+obscurad = os.path.abspath(sys.argv[3])
+NO_DAEMON, CONTROLLED, NOT_ALLOWED, REFUSED = 69, 75, 77, 78
+
+
+class Verbs:
+    """Runs verbs with options that say which daemon."""
+
+    def __init__(self, *options):
+        self.options = options
+
+    def __call__(self, *words):
+        return subprocess.run([obscura, *words, *self.options], capture_output=True, text=True, timeout=PATIENCE_S)
+
+    def json(self, *words):
+        done = self(*words, "--json")
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def check_refused(self, what, status, message, *words):
+        done = self(*words)
+        check(what, done.returncode == status and message in done.stderr and done.stderr.count("\n") == 1 and
+              done.stderr.startswith("obscura "), done)
+
+
+def zstd(data):
+    """The bytes that a zstd frame of at most 64 MiB holds, by the library itself."""
+    library = ctypes.CDLL("libzstd.so.1")
+    library.ZSTD_decompress.restype = ctypes.c_size_t
+    out = ctypes.create_string_buffer(1 << 26)
+    size = library.ZSTD_decompress(out, ctypes.c_size_t(len(out)), data, ctypes.c_size_t(len(data)))
+    return out.raw[:size]
+
+
+def settings(run, camera):
+    everything = camera.get()
+    check("get prints what the client gets", run.json("get")[0] == everything)
+    check("one setting alone", run("get", "ExposureTime").stdout == f"{everything['ExposureTime']:g}\n")
+    several = run("get", "Width", "TriggerMode").stdout
+    check("several as lines that set takes", several == f"Width={everything['Width']}\nTriggerMode=On\n", several)
+    check("set prints all that has changed", run.json("set", "ExposureTime=2500", "Gain=0")[0] == {"ExposureTime": 2500} and
+          camera.get("ExposureTime") == 2500)
+    check("texts and truths are set as such", run("set", "TestPattern=FrameCounter", "AcquisitionFrameRateEnable=false").returncode == 0 and
+          camera.get("TestPattern", "AcquisitionFrameRateEnable") == {"TestPattern": "FrameCounter", "AcquisitionFrameRateEnable": False})
+    check("what stands already is said", run("set", "TestPattern=FrameCounter").stdout.startswith("nothing has changed"))
+    run("set", "TestPattern=Off")
+    run.check_refused("a value out of range", REFUSED, "Gain: 99 is out of range, allowed 0 to", "set", "Gain=99", "ExposureTime=7")
+    check("and nothing of that request holds", camera.get("ExposureTime") == 2500)
+    run.check_refused("a number that is a text", REFUSED, "Gain", "set", "Gain=lots")
+    run.check_refused("an unknown setting", REFUSED, 'did you mean "Gain"', "set", "Gian=1")
+    run.check_refused("an unknown setting to read", REFUSED, 'did you mean "Gain"', "get", "Gian")
+    run.check_refused("a word that sets nothing", 64, "is not NAME=VALUE", "set", "Gain")
+    run.check_refused("a setting given twice", 64, "given twice", "set", "Gain=1", "Gain=2")
+    run.check_refused("a camera that is not there", REFUSED, "there is no camera 1", "get", "--camera", "1")
+
+    rows = {row["name"]: row for row in camera.features()}
+    check("features are those of the client", {row["name"]: row for row in run.json("features")[0]} == rows)
+    lines = {line.split()[0]: line for line in run("features").stdout.splitlines()}
+    check("the table has value, unit, access and range", lines["ExposureTime"].split()[1:4] == ["2500", "us", "rw"] and
+          lines["ExposureTime"].endswith(rows["ExposureTime"]["allowed"]), lines["ExposureTime"])
+    check("a part of the name chooses", {row["name"] for row in run.json("features", "exposure")[0]} ==
+          {name for name in rows if name.startswith("Exposure")})
+    check("with their meaning", rows["Gain"]["help"] in run("features", "gain", "--long").stdout)
+    run.check_refused("a category that is not there", REFUSED, 'did you mean "Gain"', "features", "Gian")
+
+
+def acquisition_and_triggers(run, camera):
+    check("the acquisition starts once", [run("start").stdout, run("start").stdout] ==
+          ["the camera acquires\n", "the camera acquired already\n"])
+    run.check_refused("the image keeps its size meanwhile", 1, "(try: obscura stop)", "set", "Width=32")
+    check("features say why", " ro: " in next(line for line in run("features").stdout.splitlines() if line.startswith("Width ")))
+    run.check_refused("no trigger of another source", 1, "TriggerSource Line0, not On and Software (try: obscura set", "trigger")
+    check("the source changes", run("set", "TriggerSource=Software").returncode == 0)
+    wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+    first = run("trigger")
+    frame = camera.state()["cameras"][0]["frame_id"]
+    check("a trigger tells of its frame", first.stdout.startswith(f"frame {frame}: ") and " late rows, " in first.stdout, first)
+    wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+    several = run.json("trigger", "--frames", "3")
+    check("several follow one another", [one["frame"] for one in several] == [frame + 1, frame + 2, frame + 3], several)
+    wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+    run.check_refused("datagrams go to a daemon that listens for them", NO_DAEMON, "127.0.0.1:9: ", "trigger", "--udp", "127.0.0.1:9")
+
+
+def frames(run, camera, folder):
+    run.check_refused("no frame comes without a trigger", 1, "none came in 0.1 s", "frame", "--wait", "0.1", "-o", folder / "none.png")
+    check("and no file", not (folder / "none.png").exists())
+    wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+    saver = threading.Thread(target=lambda: run("frame", "latest", "-o", folder / "one.raw"))
+    watched = []
+    watcher = threading.Thread(target=lambda: watched.append(camera.frame()))
+    saver.start(), watcher.start()
+    with obscura_client.connect_camera(run.options[1]) as other:
+        while saver.is_alive() or watcher.is_alive():  # until both have looked
+            other.trigger()
+            saver.join(0.2), watcher.join(0.2)
+    run("set", "TriggerSource=Line0")
+    newest = camera.frame(camera.frame().number)
+    said = run.json("frame", "-n", "3", "-o", f"{folder}/several/", "--format", "raw")
+    check("several go on without a gap of their own", [one["skipped"] for one in said[1:]] ==
+          [b["number"] - a["number"] - 1 for a, b in zip(said, said[1:])] and said[0]["number"] >= newest.number, said)
+    run("set", "TriggerSource=Software", "TestPattern=GreyHorizontalRamp")
+    run("stop"), run("start")
+    for suffix in ("png", "fits", "raw"):
+        wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+        results = []
+        saver = threading.Thread(target=lambda s=suffix: results.extend(run.json("frame", "-o", folder / f"same.{s}")))
+        saver.start()
+        while saver.is_alive():
+            with obscura_client.connect_camera(run.options[1]) as other:
+                other.trigger()
+            saver.join(0.3)
+        frame = camera.frame()
+        expected = folder / "expected"
+        expected.write_bytes(frame.pixels.astype("<u2").tobytes())
+        if suffix == "raw":
+            same = (folder / "same.raw").read_bytes() == expected.read_bytes()
+            cards = (folder / "same.toml").read_text()
+            check("metadata stand beside raw frames", f"FRAMEID = {results[0]['frame']} " in cards and "EXPOSURE = 0.0025 " in cards and
+                  f"T_EDGE = {results[0]['edge_tai_ns']} " in cards, cards)
+        else:
+            same = subprocess.run([sys.executable, source / "tests" / "support" / "read_image.py", folder / f"same.{suffix}", expected,
+                                   f"FRAMEID={results[0]['frame']}"], capture_output=True, text=True).returncode == 0
+        check(f"{suffix} has the pixels that the client gets", same)
+    run.check_refused("several frames want a folder", 64, "a folder is wanted", "frame", "-n", "2", "-o", folder / "x.png")
+    run.check_refused("another suffix", 64, "allowed are files ending in .png, .fits, .raw", "frame", "-o", folder / "x.jpg")
+
+
+def bundle(run, folder, controlled):
+    file = folder / "b.tar.zst"
+    done = run("support-bundle", "-o", file)
+    check("the bundle is for its owner only", file.stat().st_mode & 0o777 == 0o600, oct(file.stat().st_mode))
+    with tarfile.open(fileobj=io.BytesIO(zstd(file.read_bytes()))) as archive:
+        files = {pathlib.Path(member.name).name: archive.extractfile(member).read().decode() for member in archive.getmembers()}
+    check("it lists what it has", all(name in files["README.txt"] for name in files if name != "README.txt") and
+          done.stdout.startswith(f"{file}: {len(files)} files\n"), files.keys())
+    check("kernel and machine are in it", pathlib.Path("/proc/cmdline").read_text().split()[0] in files["machine.txt"])
+    check("state and log, too" if controlled else "state and log, also without calls",
+          json.loads(files["state.json"])["daemon"]["pid"] > 0 and "monitor: " in files["events.txt"] and
+          "main" not in files["threads.txt"].splitlines()[0], files.keys())
+    return files, done
+
+
+def controlled_by_another(run, camera, port):
+    client = GvcpClient(port, PATIENCE_S)
+    check("a GigE Vision client takes control", client.write(CONTROL_PRIVILEGE, CONTROL) == 0)
+    why = f"controlled by {client.address()}"
+    for words in (["set", "Gain=6"], ["start"], ["stop"], ["trigger"]):
+        run.check_refused(f"then {words[0]} is refused", CONTROLLED, why, *words)
+    told = run("features", "gain")
+    check("but features may be looked at, and tell", told.returncode == 0 and why in told.stdout, told)
+    check("it leaves", client.write(CONTROL_PRIVILEGE, NO_CONTROL) == 0)
+    check("and the camera is open again", run("set", "Gain=6").stdout == "Gain=6\n" and camera.get("Gain") == 6)
+
+
+def hostile_daemon(folder):
+    """Answers of a server that follows no rule: each verb ends with one line."""
+    path = str(folder / "hostile")
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(path)
+    listener.listen(4)
+    dice = random.Random(18)
+
+    def message(number, head, body=b"", kind=protocol.ANSWER, length=None):
+        head = head if isinstance(head, bytes) else pack(head)
+        return struct.pack("<4sBBHIIQ", b"OBSC", 1, kind, 0, number, len(head), len(body) if length is None else length) + head + body
+
+    pixels = {"name": "pixels", "dtype": "<u2", "shape": [2, 2], "codec": "none", "offset": 0, "bytes": 8}
+    escape = "\x1b[31mred\x07"
+    answers = {
+        "no map": lambda n: message(n, [1, 2]),
+        "other types": lambda n: message(n, {"values": 7, "changed": [1], "features": {"a": 1}, "number": "x", "frame": [], "rules": 3}),
+        "nothing in it": lambda n: message(n, {}),
+        "a body of 2^60 bytes": lambda n: message(n, {}, length=1 << 60),
+        "a shape that is not that of the bytes": lambda n: message(n, {"arrays": [dict(pixels, shape=[1 << 31, 1 << 31])]}, bytes(8)),
+        "negative and huge numbers": lambda n: message(n, {"number": -5, "frame": 2**62, "bits": 10**9, "rows": -1, "skipped": 0,
+                                                           "arrays": [pixels]}, bytes(8)),
+        "escape sequences": lambda n: message(n, {"code": "bad-argument", "message": escape, "hint": escape}, kind=protocol.ERROR),
+        "noise": lambda n: dice.randbytes(5000),
+        "the end": lambda n: b"",
+    }
+    current = [None]
+
+    def serve():
+        while True:
+            client, _ = listener.accept()
+            with client:
+                try:
+                    while True:
+                        head = protocol.frame(client.recv(24, socket.MSG_WAITALL))
+                        client.recv(head.head_bytes, socket.MSG_WAITALL)
+                        if head.number == 1:
+                            client.sendall(message(1, {"server": "obscura", "permission": "admin", "limits": {}, "codecs": []}))
+                            continue
+                        answer = answers[current[0]](head.number)
+                        client.sendall(answer)
+                        if not answer:
+                            break
+                except (OSError, struct.error):
+                    pass
+
+    threading.Thread(target=serve, daemon=True).start()
+    run = Verbs("--control", path)
+    for what in answers:
+        current[0] = what
+        bad = []
+        for words in (["get"], ["set", "Gain=1"], ["features"], ["trigger"], ["frame", "-o", str(folder / "h.png")], ["fault", "list"]):
+            done = run(*words)
+            if done.returncode not in (0, 1, NO_DAEMON, REFUSED) or done.stderr.count("\n") > 1 or "\x1b" in done.stdout + done.stderr or \
+                    len(done.stdout) > 1000:
+                bad.append(done)
+        check(f"a daemon that answers {what} does no harm", not bad, bad)
+
+
+with tempfile.TemporaryDirectory(prefix="obscura-operator-") as temporary:
+    root = pathlib.Path(temporary)
+    none = Verbs("--socket", str(root / "nothing"))("get")
+    check("without a daemon the status is 69, in one line", none.returncode == NO_DAEMON and none.stderr.count("\n") == 1, none)
+    Verbs("--control", str(root / "nothing")).check_refused("also without a socket for calls", NO_DAEMON, "No such file", "get")
+
+    hostile_daemon(root)
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        gvcp = probe.getsockname()[1]
+    calls = str(root / "calls")
+    daemon = SmallDaemon(root, obscurad, source, tables=f'[control]\nunix_socket = "{calls}"\n')
+    daemon.config.write_text(daemon.config.read_text().replace(
+        "[gige]\nenabled = false", f'[gige]\nenabled = true\ninterface = "127.0.0.1"\nport = {gvcp}'))
+    process = daemon.start("--ready-file", root / "ready")
+    check("the daemon starts", wait_for((root / "ready").exists))
+    by_address, by_monitor = Verbs("--control", calls), Verbs("--socket", daemon.socket)
+    with obscura_client.connect_camera(calls, timeout_s=PATIENCE_S) as one:
+        settings(by_address, one)
+        acquisition_and_triggers(by_address, one)
+        frames(by_address, one, root)
+        controlled_by_another(by_address, one, gvcp)
+        by_address.check_refused("a scene that is not there", REFUSED, "no such file", "scene", "show", "nothing.toml")
+    if os.geteuid() == 0:
+        nobody = subprocess.run([obscura, "get", "--control", calls], capture_output=True, text=True, user=65534, group=65534, extra_groups=[])
+        check("others may not", nobody.returncode == NOT_ALLOWED and nobody.stderr.count("\n") == 1, nobody)
+    process.terminate()
+    check("the daemon ends well", process.wait(PATIENCE_S) == 0)
+
+    daemon.config.write_text(daemon.config.read_text().replace(f'[control]\nunix_socket = "{calls}"\n', ""))
+    (root / "ready").unlink()
+    process = daemon.start("--ready-file", root / "ready")
+    check("it starts without calls", wait_for((root / "ready").exists))
+    by_monitor.check_refused("then a verb says what is to be set", NO_DAEMON,
+                             f"the daemon takes no calls: set control.unix_socket in {daemon.config}", "get")
+    saved, said = bundle(by_monitor, root, False)
+    check("the rest of a bundle is there", "configuration.json" not in saved and "missing: calls of the daemon: " in said.stdout, said)
+    process.terminate()
+    process.wait(PATIENCE_S)
+
+sys.exit(end())

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/control/daemon_options.hpp"
+
+#include "tools/control/native_calls.hpp"
+#include "tools/support/monitor_client.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+namespace obscura::tools {
+
+void DaemonOptions::declare(CommandLine& line, Has has) {
+    if (has == Has::camera)
+        line.number("--camera", &camera_, "N", "Number of the camera, where the daemon has several", 0, 1000);
+    line.option("--socket", &socket_, "PATH",
+                "Call the daemon with this monitor.socket; needed where several daemons run on this machine");
+    line.option("--control", &control_, "ADDRESS",
+                "Call the daemon at its control.unix_socket or control.listen, a path or HOST:PORT, without "
+                "looking for it");
+    line.option("--token-file", &token_file_, "FILE",
+                "File of the token that a daemon with control.token_file wants");
+}
+
+std::string DaemonOptions::control_address(std::string_view verb) const {
+    if (!control_.empty()) return control_;
+    const CallJson state =
+        connect_to_daemon(fmt::format("obscura {}", verb), socket_).ask({{"verb", "state"}});
+    const CallJson daemon = state.value("daemon", CallJson::object());
+    const std::string address = daemon.value("control", std::string());
+    if (address.empty())
+        throw HardwareError(
+            fmt::format("obscura {}: the daemon takes no calls: set control.unix_socket in {}", verb,
+                        daemon.value("config", std::string("its configuration"))));
+    return address;
+}
+
+std::unique_ptr<DaemonCalls> DaemonOptions::connect(std::string_view verb, double patience_s) const {
+    return connect_natively(verb, control_address(verb), {patience_s, token_file_});
+}
+
+std::string refusal_line(std::string_view verb, std::string_view call, std::string message,
+                         std::string_view hint) {
+    if (const std::string prefix = fmt::format("{}: ", call); message.rfind(prefix, 0) == 0)
+        message.erase(0, prefix.size());
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 3> verbs{
+        {{"camera.start", "obscura start"},
+         {"camera.stop", "obscura stop"},
+         {"camera.set", "obscura set TriggerMode=On TriggerSource=Software"}}};
+    std::string line = fmt::format("obscura {}: {}", verb, message);
+    for (const auto& [name, words] : verbs)
+        if (hint == name) return line + fmt::format(" (try: {})", words);
+    if (!hint.empty()) line += fmt::format(" ({})", hint);
+    return line;
+}
+
+} // namespace obscura::tools

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/control/native_calls.hpp"
+
+#include "tools/control/daemon_options.hpp"
+#include "tools/support/call_client.hpp"
+#include "tools/support/interrupt.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+namespace obscura::tools {
+namespace {
+
+/// A frame of 16,384 x 16,384 pixels.
+constexpr std::uint64_t most_array_bytes = 1ULL << 29;
+/// How soon an interrupt ends a wait.
+constexpr double look_period_s = 0.2;
+
+std::string line_of(std::string_view verb, std::string message) {
+    // What the library asks there is of the rendering server.
+    message.erase(std::min(message.find(" (is `obscura serve`"), message.size()));
+    return fmt::format("obscura {}: {}", verb, message);
+}
+
+class NativeCalls final : public DaemonCalls {
+public:
+    NativeCalls(std::string_view verb, const std::string& address, const CallClient::Options& options)
+        : verb_(verb), client_(address, options) {}
+
+    [[nodiscard]] CallAnswer call(std::string_view name, const CallJson& fields) override {
+        try {
+            client_.begin(std::string(name), fields);
+            while (true) {
+                if (std::optional<CallClient::Answer> answer = client_.wait(look_period_s))
+                    return answer_of(*answer);
+                if (interrupted()) throw Interrupted();
+            }
+        } catch (const CallRefused& refused) {
+            if (refused.code == "unknown-call")
+                throw CallError(refused.code, fmt::format("obscura {}: the daemon has no call {}: it is of "
+                                                          "another version than this program",
+                                                          verb_, name));
+            throw CallError(refused.code, refusal_line(verb_, name, refused.what(), refused.hint));
+        } catch (const HardwareError& error) {
+            throw HardwareError(line_of(verb_, error.what()));
+        }
+    }
+
+private:
+    static CallAnswer answer_of(CallClient::Answer& answer) {
+        CallAnswer out{std::move(answer.head)};
+        const auto pixels = answer.numbers("pixels");
+        const auto shape = answer.shape("pixels");
+        constexpr std::size_t longest = 65536;
+        if (shape.size() != 2 || shape[0] > longest || shape[1] > longest) return out;
+        out.height = static_cast<std::int32_t>(shape[0]);
+        out.width = static_cast<std::int32_t>(shape[1]);
+        out.pixels.assign(pixels.begin(), pixels.end());
+        return out;
+    }
+
+    std::string verb_;
+    CallClient client_;
+};
+
+} // namespace
+
+ExitStatus CallError::status_of(std::string_view code) {
+    if (code == "controlled" || code == "busy") return exit_controlled;
+    if (code == "forbidden" || code == "no-hello") return exit_not_allowed;
+    if (code == "bad-argument" || code == "bad-scene" || code == "too-large") return exit_config;
+    if (code == "unknown-call" || code == "bad-message") return exit_hardware;
+    if (code == "bad-use") return exit_no_input;
+    return exit_failure;
+}
+
+std::unique_ptr<DaemonCalls> connect_natively(std::string_view verb, const std::string& address,
+                                              const NativeOptions& options) {
+    const bool is_path = address.find('/') != std::string::npos;
+    if (is_path && ::access(address.c_str(), W_OK) != 0 && errno == EACCES)
+        throw CallError("forbidden",
+                        fmt::format("obscura {}: {}: only root, the daemon's user and members of its group "
+                                    "may (adduser NAME obscura)",
+                                    verb, address));
+    try {
+        return std::make_unique<NativeCalls>(verb, address,
+                                             CallClient::Options{.timeout_s = options.patience_s,
+                                                                 .token_file = options.token_file,
+                                                                 .most_array_bytes = most_array_bytes});
+    } catch (const CallRefused& refused) {
+        throw CallError(refused.code, refusal_line(verb, "hello", refused.what(), refused.hint));
+    } catch (const HardwareError& error) {
+        throw HardwareError(line_of(verb, error.what()));
+    }
+}
+
+} // namespace obscura::tools

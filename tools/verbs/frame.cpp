@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verb `obscura frame`: saves frames of a running camera.
+#include "tools/control/calling_verb.hpp"
+#include "tools/control/saved_frame.hpp"
+#include "tools/support/interrupt.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+
+namespace obscura::tools {
+namespace {
+
+class FrameVerb final : public CallingVerb {
+public:
+    FrameVerb() : CallingVerb("frame", DaemonOptions::Has::camera) {}
+
+    void declare(CommandLine& line) override {
+        line.summary = "saves frames of a running camera, beside what else it sends";
+        line.description =
+            "Saves the newest frame as it left the detector, with its metadata: 16-bit PNG, FITS, or raw "
+            "words with a TOML file beside them. Waits for a frame if none has come yet; looking triggers "
+            "none. Frames go where they always go, and a slow disk here costs the camera nothing: with "
+            "--count and --follow frames that came meanwhile are skipped, and counted. Numbers are those of "
+            "the converter, nearly black in most viewers.";
+        Option& which = line.positional("WHICH", &which_, "Only the newest frame is kept");
+        which.choices = {"latest"};
+        which.required = false;
+        line.option("-o,--output", &output_, "FILE",
+                    "File ending in .png, .fits or .raw; for several frames a folder, with a slash at its "
+                    "end if it is new, whose files are frame_NNNNNN")
+            .required = true;
+        line.option("--format", &format_, "FORMAT", "With a folder: format of the files (default: png)")
+            .choices = {"png", "fits", "raw"};
+        line.number("-n,--count", &count_, "N", "Number of frames", 1, 1e9);
+        line.flag("--follow", follow_, "Save every new frame until interrupted");
+        line.number("--wait", &wait_s_, "S", "Give up when no frame comes for so many seconds", 0, 60);
+        declare_daemon(line);
+        line.flag("--json", json_, "Print the metadata of each frame as one JSON object a line");
+        line.examples = {"obscura frame -o now.png", "obscura frame latest -o now.fits --camera 1",
+                         "obscura frame --count 20 -o frames/ --format fits",
+                         "obscura frame --follow -o frames/ --json | jq .skipped"};
+    }
+
+protected:
+    int work() override {
+        if (follow_ && count_ != 1)
+            throw UsageError("obscura frame: --count and --follow exclude each other");
+        FrameNames names("frame", output_, format_, follow_ || count_ > 1);
+        const auto calls = connect();
+        CallJson fields = daemon().fields();
+        fields["wait_s"] = wait_s_;
+        for (std::uint64_t saved = 0; (follow_ || saved < count_) && !interrupted(); ++saved) {
+            CallAnswer frame;
+            try {
+                frame = calls->call("frame", fields);
+            } catch (const Interrupted&) {
+                break;
+            }
+            fields["after"] = frame.head.at("number");
+            save(frame, names);
+        }
+        return interrupted() && !follow_ ? exit_failure : exit_ok;
+    }
+
+private:
+    void save(CallAnswer& frame, FrameNames& names) const {
+        const auto id = frame.head.at("frame").get<std::uint64_t>();
+        const int bits = frame.head.at("bits").get<int>();
+        if (frame.pixels.empty() || bits < 1 || bits > 16)
+            throw HardwareError("obscura frame: the daemon's answer has no pixels of up to 16 bits");
+        const std::filesystem::path file = names.next(id);
+        images::write_picture(file, names.format(), {frame.width, frame.height, bits, frame.pixels},
+                              cards_of_answer(frame.head));
+        if (json_) {
+            frame.head["file"] = file.string();
+            frame.head["width"] = frame.width;
+            frame.head["height"] = frame.height;
+            fmt::print("{}\n", frame.head.dump(-1, ' ', false, CallJson::error_handler_t::replace));
+        } else {
+            const auto rows = frame.head.at("rows").get<std::int64_t>();
+            const auto skipped = frame.head.at("skipped").get<std::uint64_t>();
+            fmt::print("{}: frame {}, {} x {}, {} bits{}{}\n", file.string(), id, frame.width, frame.height,
+                       bits, rows < frame.height ? fmt::format(", only {} rows", rows) : std::string(),
+                       skipped > 0 ? fmt::format(", {} skipped before it", skipped) : std::string());
+        }
+        std::fflush(stdout);
+    }
+
+    std::string which_ = "latest", output_, format_;
+    std::uint64_t count_ = 1;
+    double wait_s_ = 10;
+    bool follow_ = false, json_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<Verb> make_frame() {
+    return std::make_unique<FrameVerb>();
+}
+
+} // namespace obscura::tools
