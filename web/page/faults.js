@@ -46,7 +46,7 @@ export function Faults({camera, may, faults}) {
   if (!value) return html`<div class="screen"><section class="panel"><h2>Faults</h2><${Note} error=${error}>Waiting for the daemon ...<//></section></div>`;
   return html`<div class="screen">
     <section class="panel" aria-labelledby="x-rules"><h2 id="x-rules">Armed</h2>
-      ${rules.length ? html`<table class="grid"><thead><tr><th scope="col">fault</th><th scope="col">when</th><th scope="col">armed by</th><th scope="col" class="number">struck</th><th scope="col"></th></tr></thead>
+      ${rules.length ? html`<table class="grid"><thead><tr><th scope="col">fault</th><th scope="col">when</th><th scope="col">armed by</th><th scope="col" class="number">struck</th><td></td></tr></thead>
         <tbody>${rules.map((rule, k) => html`<tr key=${k}><th scope="row">${words(rule.kind)}</th><td>${text(rule, parameters)}</td><td>${ORIGINS[rule.origin] ?? rule.origin ?? "–"}</td><td class="number">${count(rule.struck ?? 0)}</td>
           <td>${may.operate && html`<button disabled=${command.busy} onClick=${() => put(rules.filter((_, j) => j !== k).map(told), "Disarmed.")} aria-label=${`disarm ${words(rule.kind)}`}>disarm</button>`}</td></tr>`)}</tbody></table>`
         : html`<p>No fault is armed.</p>`}

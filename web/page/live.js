@@ -4,7 +4,7 @@ import {html, useCallback, useEffect, useRef, useState} from "./vendor/preact-ht
 import {ask, askJson, cameraPath, save, useCommand, useRepeated} from "./api.js";
 import {figure, taiText} from "./format.js";
 import {LiveSocket} from "./live_socket.js";
-import {Levels, Probe, Region, electronsOf} from "./live_panels.js";
+import {Levels, Probe, Profile, Region, electronsOf} from "./live_panels.js";
 import {Facts, Note, Said} from "./parts.js";
 import {Viewer} from "./viewer.js";
 
@@ -72,7 +72,7 @@ function SaveFrame({camera, told}) {
     save(blob, `shown_${told.viewer.picture.frame}.png`);
     return `Saved frame ${told.viewer.picture.frame} as it is shown.`;
   });
-  return html`<div class="panel"><h3>Save</h3><div class="buttons">
+  return html`<div class="panel"><h2>Save</h2><div class="buttons">
       <button onClick=${() => saveAs("fits")} title="The newest frame as it left the detector, with its truth">newest, FITS</button>
       <button onClick=${() => saveAs("png")} title="The newest frame, 16 bits">newest, PNG</button>
       <button disabled=${!told.viewer?.picture} onClick=${saveShown} title="The picture above, stretched to 8 bits">this, as shown</button>
@@ -189,13 +189,14 @@ export function Live({camera, may}) {
       ${overlay && truth.error && html`<p class="note">Bodies: ${truth.error.message}</p>`}
     </div>
     <div class="side">
-      <div class="panel"><h3>Frame</h3>${picture ? html`<${Facts} label="Frame" rows=${[
+      <div class="panel"><h2>Frame</h2>${picture ? html`<${Facts} label="Frame" rows=${[
         ["frame", String(picture.frame)], ["trigger", String(picture.trigger)], ["edge", taiText(picture.edgeTaiNs)],
         ["image", `${picture.imageWidth} x ${picture.imageHeight}, ${picture.bits} bit`],
         ["rows so far", `${picture.rows} of ${picture.imageHeight}`],
         ["shown as", picture.bin > 1 ? `${picture.reduce === "max" ? "largest" : "mean"} of ${picture.bin} x ${picture.bin}` : "single pixels"],
         ["skipped here", picture.skipped]]} />` : html`<p class="note">None yet.</p>`}</div>
       <${Probe} cursor=${cursor} probed=${probed} electrons=${electrons} />
+      <${Profile} viewer=${viewer} cursor=${probed ? cursor : null} />
       <${SaveFrame} camera=${camera} told=${told} />
       <${Levels} stretch=${stretch} setStretch=${setStretch} viewer=${viewer} histogram=${told.histogram} />
       <${Region} camera=${camera} values=${values} error=${features.error} may=${may} region=${region} setRegion=${setRegion} image=${viewer?.image} changed=${features.again} />

@@ -22,7 +22,7 @@ export function electronsOf(dn, values, entries, number) {
 export function Probe({cursor, probed, electrons}) {
   const place = cursor ? `${cursor.x}, ${cursor.y}` : "–";
   const what = !probed ? "" : probed.bin > 1 ? `${probed.reduce === "max" ? "largest" : "mean"} of ${probed.bin} x ${probed.bin} from ${probed.x}, ${probed.y}; 1:1 shows the pixel` : "the pixel itself";
-  return html`<div class="panel probe-panel"><h3>Probe</h3>
+  return html`<div class="panel probe-panel"><h2>Probe</h2>
     <table class="facts" aria-label="Probe"><tbody>
       <tr><th scope="row">x, y</th><td class="number">${place}</td></tr>
       <tr><th scope="row">DN</th><td class="number" id="probe-dn">${probed ? count(probed.dn) : "–"}</td></tr>
@@ -31,7 +31,25 @@ export function Probe({cursor, probed, electrons}) {
     <p class="small">${what}${electrons.formula ? html`<br />${electrons.formula}` : electrons.why ? html`<br />${electrons.why}` : ""}</p></div>`;
 }
 
-const WIDTH = 320, HEIGHT = 90;
+const WIDTH = 320, HEIGHT = 90, PROFILE_HEIGHT = 54;
+
+/** Digital numbers along the row and the column of the probe, as far as they are shown. */
+export function Profile({viewer, cursor}) {
+  const p = viewer?.picture;
+  if (!p || !cursor) return null;
+  const column = Math.floor((cursor.x - p.x) / p.bin), line = Math.floor((cursor.y - p.y) / p.bin);
+  const row = p.pixels.subarray(line * p.columns, (line + 1) * p.columns), down = Uint16Array.from({length: p.lines}, (_, k) => p.pixels[k * p.columns + column]);
+  const plot = (name, values, at) => {
+    let low = values[0], high = values[0];
+    for (const v of values) { low = Math.min(low, v); high = Math.max(high, v); }
+    const x = (k) => (WIDTH * (k + 0.5) / values.length).toFixed(1), y = (v) => (PROFILE_HEIGHT - 3 - (PROFILE_HEIGHT - 6) * (v - low) / Math.max(1, high - low)).toFixed(1);
+    let path = "";
+    values.forEach((v, k) => { path += `${k ? "L" : "M"}${x(k)} ${y(v)}`; });
+    return html`<div><span class="small">${name}: ${count(low)} to ${count(high)} DN</span>
+      <svg class="profile" viewBox=${`0 0 ${WIDTH} ${PROFILE_HEIGHT}`} role="img" aria-label=${`${name}: ${low} to ${high} DN`}><path class="here" d=${`M${x(at)} 0V${PROFILE_HEIGHT}`} /><path d=${path} /></svg></div>`;
+  };
+  return html`<details class="panel"><summary>Profiles through the probe</summary>${plot(`row ${cursor.y}`, row, column)}${plot(`column ${cursor.x}`, down, line)}</details>`;
+}
 
 /** Area under the logarithm of the counts. */
 function outline(bins) {
@@ -48,7 +66,7 @@ export function Levels({stretch, setStretch, viewer, histogram}) {
   const bits = viewer?.picture?.bits ?? 12, full = 2 ** bits - 1, ends = viewer?.ends ?? {black: 0, white: full};
   const mark = (dn) => WIDTH * Math.min(1, Math.max(0, dn / full));
   const setEnd = (name) => (event) => setStretch({kind: "manual", black: Math.round(ends.black), white: Math.round(ends.white), [name]: Number(event.target.value)});
-  return html`<div class="panel"><h3>Levels</h3>
+  return html`<div class="panel"><h2>Levels</h2>
     <label class="row">Stretch <select value=${stretch.kind} onChange=${(e) => setStretch(e.target.value === "manual" ? {kind: "manual", black: ends.black, white: ends.white} : {...stretch, kind: e.target.value})}>
       ${Object.entries(STRETCHES).map(([kind, name]) => html`<option key=${kind} value=${kind}>${name}</option>`)}</select></label>
     ${["black", "white"].map((name) => html`<label class="row" key=${name}>${name} <input type="range" min="0" max=${full} value=${ends[name]} onInput=${setEnd(name)} aria-label=${`${name} level, DN`} />
@@ -110,7 +128,7 @@ export function Region({camera, values, error, may, region, setRegion, image, ch
     return `Set: ${wanted.Width} x ${wanted.Height} at ${wanted.OffsetX}, ${wanted.OffsetY}.`;
   });
   const whole = now && {Width: rangeOf(values.Width).max, Height: rangeOf(values.Height).max, OffsetX: 0, OffsetY: 0};
-  return html`<div class="panel"><h3>Region of interest</h3>
+  return html`<div class="panel"><h2>Region of interest</h2>
     ${error && !shown && html`<${Note} error=${error} />`}
     ${shown && html`<form onSubmit=${(e) => { e.preventDefault(); set(shown); }}>
       <div class="quad">${Object.values(NAMES).map((name) => html`<label key=${name}>${name} <input type="number" name=${name} min="0" max=${rangeOf(values[name]).max} step=${rangeOf(values[name]).step}

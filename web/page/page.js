@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operator's page: top bar with the verdict, screens, theme. What it shows is asked for twice a second.
 import {html, render, useEffect, useState} from "./vendor/preact-htm.js";
-import {askJson, useRepeated} from "./api.js";
+import {askJson, cameraPath, useCommand, useRepeated} from "./api.js";
 import {CameraScreen} from "./camera.js";
 import {Faults, useFaults} from "./faults.js";
 import {figure} from "./format.js";
 import {Live} from "./live.js";
+import {Said} from "./parts.js";
 import {Scene} from "./scene.js";
 import {System} from "./system.js";
 import {Timing} from "./timing.js";
@@ -54,7 +55,9 @@ function Item({name, children, bad}) {
   return html`<div class=${`item${bad ? " bad-item" : ""}`}><dt>${name}</dt><dd>${children}</dd></div>`;
 }
 
-function Bar({camera, cameras, choose, role, faults, trouble}) {
+function Bar({camera, cameras, choose, role, may, faults, trouble}) {
+  const stop = useCommand();
+  const halt = () => stop.run(() => askJson(cameraPath(camera.id, "acquisition"), {method: "POST", body: {running: false}}).then(() => ""));
   const s = camera?.state, armed = camera ? armedOf(camera, faults) : 0, recent = s?.recent;
   const rate = recent?.seconds > 0 ? `${figure(recent.complete / recent.seconds, 3)} Hz` : "–";
   return html`<header class="bar"><div class="first"><h1>Obscura</h1>
@@ -64,9 +67,10 @@ function Bar({camera, cameras, choose, role, faults, trouble}) {
         trouble || html`<span aria-hidden="true">${SIGNS[s?.verdict.health] ?? "–"} </span>${s ? (s.verdict.health === "bad" ? "NOT GOOD: " : "") + s.verdict.text : "asking ..."}`}</p>
       <${Theme} /></div>
     ${s && html`<dl class="items"><${Item} name="frame">${String(s.frame_id)}<//><${Item} name="rate">${rate}<//>
-      <${Item} name="clock">${s.clock.source}, ${s.clock.state}<//><${Item} name="acquisition" bad=${false}>${s.acquiring ? "runs" : "stopped"}<//>
+      <${Item} name="clock">${s.clock.source}, ${s.clock.state}<//><${Item} name="acquisition">${s.acquiring ? "runs" : "stopped"}${may.operate && s.acquiring && html` <button class="mini" disabled=${stop.busy} title=${stop.said} onClick=${halt} aria-label="stop the acquisition">stop</button>`}<//>
       <${Item} name="controlled by">${s.controller || "nobody"}<//>
-      <${Item} name="faults" bad=${armed > 0}>${armed ? `${armed} ARMED` : "none"}<//><${Item} name="your role">${role ?? "viewer"}<//></dl>`}</header>`;
+      <${Item} name="faults" bad=${armed > 0}>${armed ? `${armed} ARMED` : "none"}<//><${Item} name="your role">${role ?? "viewer"}<//></dl>`}
+    ${stop.bad && html`<${Said} of=${stop} />`}</header>`;
 }
 
 function App() {
@@ -91,7 +95,7 @@ function App() {
   const trouble = state.error ? state.error.message
     : state.value && !cameras.length ? `No camera: ${state.value.error}`
     : age > STALE_S ? `The cameras have not answered for ${Math.round(age)} s.` : "";
-  return html`<${Bar} camera=${camera} cameras=${cameras} choose=${setChosen} role=${me.value?.role} faults=${faults} trouble=${trouble} />
+  return html`<${Bar} camera=${camera} cameras=${cameras} choose=${setChosen} role=${me.value?.role} may=${may} faults=${faults} trouble=${trouble} />
     <nav aria-label="Screens">${SCREENS.map(([key, title], k) => html`<a key=${key} href=${`#${key}`} aria-current=${key === name ? "page" : undefined} title=${`key ${k + 1}`}>${title}</a>`)}</nav>
     <main id="main">${camera && !state.error && html`<${Screen} key=${camera.id} camera=${camera} daemon=${camera.daemon} may=${may} faults=${faults} web=${state.value.web} bounds=${state.value.web.latency_bounds_us} />`}</main>`;
 }
