@@ -27,6 +27,7 @@ function why(status, detail) {
     return token ? "This token is not known: ask for a new link." : "A token is wanted: use the link that obscura-web prints.";
   if (status === 403) return `Not allowed for your role: ${detail}`;
   if (status === 404 && /paths are/.test(detail)) return "This obscura-web does not have that yet: a later version is wanted.";
+  if (/^no call "/.test(detail)) return "This daemon does not answer that yet: a later version is wanted.";
   if (status === 503 && !detail) return "This daemon takes no calls: set control.unix_socket in its configuration.";
   return detail || `obscura-web answers ${status}`;
 }

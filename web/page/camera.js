@@ -12,10 +12,13 @@ const CATEGORIES = [["Image format", /^(Width|Height|Offset|Pixel|TestPattern)/]
                     ["Trigger", /^Trigger/], ["Analog", /^(Gain|BlackLevel)/], ["Other", /./]];
 const categoryOf = (row) => row.category ?? CATEGORIES.find(([, names]) => names.test(row.name))[0];
 
+/** Words of an enumeration; null: it is none. */
+const choicesOf = (row) => (row.allowed ?? "").includes(" | ") ? row.allowed.split(" | ") : null;
+
 function Field({row, value, disabled, onValue, id}) {
   if (row.type === "true or false")
     return html`<input id=${id} type="checkbox" checked=${value} disabled=${disabled} onChange=${(e) => onValue(e.target.checked)} />`;
-  const choices = (row.allowed ?? "").includes(" | ") ? row.allowed.split(" | ") : null;
+  const choices = choicesOf(row);
   if (choices)
     return html`<select id=${id} value=${value} disabled=${disabled} onChange=${(e) => onValue(e.target.value)}>${choices.map((c) => html`<option key=${c} value=${c}>${c}</option>`)}</select>`;
   if (typeof row.value === "number") {
@@ -78,7 +81,7 @@ export function CameraScreen({camera, may}) {
             return html`<tr key=${row.name} class=${changed ? "edited" : ""}><th scope="row"><label for=${`f-${row.name}`}>${row.name}</label></th>
               <td><${Field} row=${row} id=${`f-${row.name}`} value=${edits[row.name] ?? row.value} disabled=${lock !== ""} onValue=${(v) => setEdits({...edits, [row.name]: v})} />${
                 changed && html` <span class="small">now ${figure(row.value)}</span>`}</td>
-              <td>${row.unit ?? ""}</td><td>${row.allowed ?? ""}${row.increment > 1 ? `, by ${row.increment}` : ""}</td><td>${row.help}${lock && may.operate ? html` <em>${lock}</em>` : ""}</td></tr>`;
+              <td>${row.unit ?? ""}</td><td>${choicesOf(row) ? "" : row.allowed ?? ""}${row.increment > 1 ? `, by ${row.increment}` : ""}</td><td>${row.help}${lock && may.operate ? html` <em>${lock}</em>` : ""}</td></tr>`;
           })}</tbody></table>`)}
         <div class="buttons sticky"><button type="submit" disabled=${setting.busy || !edited.length}>${edited.length ? `set ${edited.length} ${edited.length === 1 ? "value" : "values"}` : "set"}</button>
           <button type="button" disabled=${!edited.length} onClick=${() => setEdits({})}>forget</button>

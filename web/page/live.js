@@ -47,6 +47,9 @@ function Bodies({viewer, truth, ratio}) {
     const radius = Math.max(3, body.radius_px * viewer.scale / ratio);
     return html`<g key=${body.name}><circle cx=${x} cy=${y} r=${radius} /><path d=${`M${x - 6} ${y}h12M${x} ${y - 6}v12`} />
       <text x=${x + Math.min(radius, 200) * 0.72 + 4} y=${y - Math.min(radius, 200) * 0.72 - 4}>${body.name}</text></g>`;
+  })}${(truth.stars ?? []).map((star, k) => {
+    const at = viewer.toScreen(star.x + 0.5, star.y + 0.5), x = at.x / ratio, y = at.y / ratio;
+    return html`<g key=${k} class="star"><circle cx=${x} cy=${y} r="7" /><text x=${x + 9} y=${y + 4}>${star.name ?? ""}</text></g>`;
   })}</svg>`;
 }
 
@@ -181,7 +184,7 @@ export function Live({camera, may}) {
             const p = viewer.toScreen(probed.x, probed.y), size = Math.max(5, probed.bin * viewer.scale) / ratio;
             return html`<rect class="probe" x=${p.x / ratio} y=${p.y / ratio} width=${size} height=${size} />`;
           })()}</svg>`}
-        ${told.note && html`<p class="stage-note" role="status">${told.note}</p>`}
+        ${told.note && html`<p class="stage-note" role="status">${!picture && !camera.state.acquiring ? "The acquisition is stopped: no frames." : told.note}</p>`}
         ${held && html`<p class="stage-badge">held: frame ${String(picture?.frame ?? "")}</p>`}
       </div>
       ${picture?.rateLowered && html`<${Note}>Fewer pictures than asked for: the server's share for all viewers is used up.<//>`}

@@ -33,7 +33,7 @@ export function Histogram({title, figures, bounds}) {
           ${k % 3 === 0 && k < bounds.length && html`<text x=${k * 21 + 10} y="88" text-anchor="middle">${span(bounds[k])}</text>`}`;
       })}
     </svg>
-    <figcaption>p50 ${span(figures.p50)}, p99 ${span(figures.p99)}, max ${span(figures.max)}; ${count(figures.count)} frames, logarithmic bars</figcaption>
+    <figcaption>p50 ${span(figures.p50)}, p99 ${span(figures.p99)}, max ${span(figures.max)}; ${count(figures.count)} frames (log)</figcaption>
     <details><summary>Table</summary><table class="facts"><thead><tr><th scope="col">up to</th><th scope="col" class="number">frames</th></tr></thead>
       <tbody>${counts.map((n, k) => n > 0 && html`<tr key=${k}><th scope="row">${upTo(k)}</th><td class="number">${count(n)}</td></tr>`)}</tbody></table></details>
   </figure>`;
