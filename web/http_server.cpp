@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "web/problem.hpp"
+#include "web/stream.hpp"
 #include "web/worker.hpp"
 
 // Asio of Boost 1.74 needs it included before.
@@ -97,8 +98,8 @@ struct Shared {
 /// One connection, kept alive by its pending operation.
 class Connection : public std::enable_shared_from_this<Connection> {
 public:
-    Connection(tcp::socket socket, Shared& shared, std::string address, bool only_health)
-        : stream_(std::move(socket)),
+    Connection(Stream stream, Shared& shared, std::string address, bool only_health)
+        : stream_(std::move(stream)),
           timer_(stream_.get_executor()),
           shared_(shared),
           address_(std::move(address)),
@@ -114,6 +115,12 @@ public:
     Connection(const Connection&) = delete;
     Connection& operator=(const Connection&) = delete;
 
+    void start() {
+        stream_.start([self = shared_from_this()](ErrorCode error) {
+            if (!error) self->begin();
+        });
+    }
+
     /// Waits for the first bytes of a request.
     void begin() {
         parser_.emplace();
@@ -123,7 +130,7 @@ public:
             read_header();
             return;
         }
-        stream_.expires_after(shared_.limits.idle_ms);
+        stream_.next_layer().expires_after(shared_.limits.idle_ms);
         stream_.async_read_some(buffer_.prepare(2048),
                                 [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
                                     if (error) return;
@@ -134,7 +141,7 @@ public:
 
 private:
     void read_header() {
-        stream_.expires_after(shared_.limits.header_ms);
+        stream_.next_layer().expires_after(shared_.limits.header_ms);
         http::async_read_header(stream_, buffer_, *parser_,
                                 [self = shared_from_this()](ErrorCode error, std::size_t) {
                                     if (error)
@@ -145,7 +152,7 @@ private:
     }
 
     void read_body() {
-        stream_.expires_after(shared_.limits.body_ms);
+        stream_.next_layer().expires_after(shared_.limits.body_ms);
         http::async_read(stream_, buffer_, *parser_,
                          [self = shared_from_this()](ErrorCode error, std::size_t) {
                              if (error)
@@ -190,7 +197,7 @@ private:
 
     /// Hands a job to the worker; what it answers comes back to this thread.
     void take_job(Job job) {
-        stream_.expires_never();
+        stream_.next_layer().expires_never();
         // The last reference to this connection may end on the server's thread only.
         const bool taken =
             shared_.worker.take(std::move(job), [self = shared_from_this()](Response response) mutable {
@@ -242,7 +249,7 @@ private:
         out->body() = std::move(response.body);
         out->prepare_payload();
         if (head) out->body().clear();
-        stream_.expires_after(shared_.limits.write_ms);
+        stream_.next_layer().expires_after(shared_.limits.write_ms);
         const auto done = [self = shared_from_this(), out, keep_alive](ErrorCode error, std::size_t) {
             if (error) return;
             if (keep_alive)
@@ -270,7 +277,7 @@ private:
         out->keep_alive(false);
         chunked_ = out->chunked();
         const auto serializer = std::make_shared<http::response_serializer<http::empty_body>>(*out);
-        stream_.expires_after(shared_.limits.write_ms);
+        stream_.next_layer().expires_after(shared_.limits.write_ms);
         http::async_write_header(stream_, *serializer,
                                  [self = shared_from_this(), out, serializer](ErrorCode error, std::size_t) {
                                      if (!error) self->go_on();
@@ -294,10 +301,10 @@ private:
         }
         if (text_.empty()) text_ = ": \n\n";
         sent_ = now;
-        stream_.expires_after(shared_.limits.write_ms);
+        stream_.next_layer().expires_after(shared_.limits.write_ms);
         const auto done = [self = shared_from_this()](ErrorCode error, std::size_t) {
             if (error) return;
-            self->stream_.expires_never();
+            self->stream_.next_layer().expires_never();
             self->go_on();
         };
         if (chunked_)
@@ -306,12 +313,9 @@ private:
             asio::async_write(stream_, asio::buffer(text_), done);
     }
 
-    void close() {
-        ErrorCode ignored;
-        stream_.socket().shutdown(tcp::socket::shutdown_both, ignored);
-    }
+    void close() { stream_.end(); }
 
-    beast::tcp_stream stream_;
+    Stream stream_;
     asio::steady_timer timer_;
     Shared& shared_;
     const std::string address_;
@@ -332,8 +336,8 @@ bool is_loopback(const std::string& address) {
 
 class HttpServer::Impl {
 public:
-    Impl(const HttpLimits& limits, const std::string& address)
-        : limits_(limits), acceptor_(io_), timer_(io_) {
+    Impl(const HttpLimits& limits, const std::string& address, const Tls* tls)
+        : limits_(limits), tls_(tls), acceptor_(io_), timer_(io_) {
         const tcp::endpoint endpoint = endpoint_of(address);
         ErrorCode error;
         const auto refuse = [&] {
@@ -380,7 +384,8 @@ private:
         if (shared_->connections >= limits_.connections + limits_.for_health ||
             of_same >= limits_.of_one_address + limits_.for_health)
             return; // closes it
-        std::make_shared<Connection>(std::move(socket), *shared_, std::move(address), full)->begin();
+        std::make_shared<Connection>(Stream(std::move(socket), tls_), *shared_, std::move(address), full)
+            ->start();
     }
 
     void look(const std::function<bool()>& stopped) {
@@ -394,14 +399,15 @@ private:
     }
 
     const HttpLimits limits_;
+    const Tls* const tls_;
     std::optional<Shared> shared_; ///< outlives the connections, which operations of io_ keep alive
     asio::io_context io_{1};
     tcp::acceptor acceptor_;
     asio::steady_timer timer_;
 };
 
-HttpServer::HttpServer(const HttpLimits& limits, const std::string& address)
-    : impl_(std::make_unique<Impl>(limits, address)) {}
+HttpServer::HttpServer(const HttpLimits& limits, const std::string& address, const Tls* tls)
+    : impl_(std::make_unique<Impl>(limits, address, tls)) {}
 HttpServer::~HttpServer() = default;
 
 std::uint16_t HttpServer::port() const {

@@ -13,6 +13,8 @@
 
 namespace obscura::web {
 
+class Tls;
+
 /// What clients may take.
 struct HttpLimits {
     std::size_t connections = 64;
@@ -30,8 +32,9 @@ struct HttpLimits {
 /// got waits in DaemonWatch, not here.
 class HttpServer {
 public:
-    /// Listens at `address`, "127.0.0.1:8420" or "[::1]:8420"; port 0: any free one. Throws HardwareError.
-    HttpServer(const HttpLimits& limits, const std::string& address);
+    /// Listens at `address`, "127.0.0.1:8420" or "[::1]:8420"; port 0: any free one. With `tls`, which
+    /// outlives this, it speaks HTTPS. Throws HardwareError.
+    HttpServer(const HttpLimits& limits, const std::string& address, const Tls* tls = nullptr);
     ~HttpServer();
     HttpServer(const HttpServer&) = delete;
     HttpServer& operator=(const HttpServer&) = delete;

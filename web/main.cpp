@@ -2,13 +2,16 @@
 // Main program obscura-web: page, metrics and events of the daemons of this machine over HTTP.
 #include "core/error.hpp"
 #include "core/terminal_text.hpp"
+#include "emulator/monitor/monitor_paths.hpp"
 #include "emulator/service_notify.hpp"
 #include "tools/support/command_line.hpp"
 #include "tools/support/interrupt.hpp"
 #include "web/daemon_watch.hpp"
 #include "web/http_server.hpp"
+#include "web/link_file.hpp"
 #include "web/openapi.hpp"
 #include "web/routes.hpp"
+#include "web/stream.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,6 +23,7 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,7 +37,8 @@ using namespace obscura;
 using namespace obscura::web;
 
 struct Options {
-    std::string address = "127.0.0.1:8420", tokens, new_token, name, role = "viewer", socket;
+    std::string address = "127.0.0.1:8420", tokens, new_token, name, role = "viewer", socket, certificate,
+                key;
     std::vector<std::string> hosts;
     bool insecure = false, interface = false, version = false;
 };
@@ -63,6 +68,9 @@ tools::CommandLine declare(Options& options) {
         "viewer", "operator", "admin"};
     line.option("--socket", &options.socket, "PATH",
                 "Ask the daemon with this socket (its monitor.socket) only");
+    line.option("--tls-certificate", &options.certificate, "FILE",
+                "Speak HTTPS with this certificate, and those above it, in PEM");
+    line.option("--tls-key", &options.key, "FILE", "Private key of the certificate, in PEM");
     line.flag("--insecure", options.insecure,
               "Allow an address that is not of the loopback interface: tokens and pictures cross the network "
               "unencrypted");
@@ -73,9 +81,10 @@ tools::CommandLine declare(Options& options) {
     return line;
 }
 
-std::string link(const std::string& host, const std::string& token) {
+std::string link(const Options& options, const std::string& host, const std::string& token) {
+    const std::string page = fmt::format("{}://{}/", options.certificate.empty() ? "http" : "https", host);
     // What stands after "#" stays in the browser.
-    return fmt::format("http://{}/#token={}", host, token);
+    return token.empty() ? page : fmt::format("{}#token={}", page, token);
 }
 
 int make_token(const Options& options) {
@@ -90,16 +99,19 @@ int make_token(const Options& options) {
     out << Tokens::line(*enum_named<Role>(options.new_token), token, options.name) << '\n';
     out.close();
     if (!out) throw OutputError(fmt::format("{}: {}", options.tokens, std::strerror(errno)));
-    fmt::print("{}\n", link(options.address, token));
+    fmt::print("{}\n", link(options, options.address, token));
     return exit_ok;
 }
 
 int serve(const Options& options) {
-    if (!is_loopback(options.address) && !options.insecure)
+    if (options.certificate.empty() != options.key.empty())
+        throw tools::UsageError("obscura-web: --tls-certificate and --tls-key are wanted together");
+    const bool secure = !options.certificate.empty();
+    if (!is_loopback(options.address) && !secure && !options.insecure)
         throw ConfigError(
             fmt::format("obscura-web: --listen {}: not of the loopback interface: tokens would cross "
-                        "the network unencrypted. Use a tunnel (ssh -L 8420:127.0.0.1:8420 HOST), a "
-                        "proxy with TLS on this machine, or --insecure",
+                        "the network unencrypted. Use --tls-certificate, a tunnel (ssh -L "
+                        "8420:127.0.0.1:8420 HOST), or --insecure",
                         options.address));
     Tokens tokens;
     std::string token;
@@ -109,12 +121,16 @@ int serve(const Options& options) {
     } else {
         tokens = Tokens::read(options.tokens);
     }
-    HttpServer server(HttpLimits{}, options.address);
+    std::optional<Tls> tls;
+    if (secure) tls.emplace(options.certificate, options.key);
+    HttpServer server(HttpLimits{}, options.address, tls ? &*tls : nullptr);
     const std::string host =
         fmt::format("{}:{}", options.address.substr(0, options.address.rfind(':')), server.port());
     const DaemonWatch watch(options.socket, std::chrono::milliseconds(500));
-    Routes routes({tokens, OwnNames(options.hosts, server.port()), OBSCURA_VERSION}, watch);
-    fmt::print("{}\n", token.empty() ? fmt::format("http://{}/", host) : link(host, token));
+    Routes routes({tokens, OwnNames(options.hosts, server.port(), secure), OBSCURA_VERSION}, watch);
+    const std::string page = link(options, host, token);
+    const LinkFile file(emulator::own_monitor_folder(), page);
+    fmt::print("{}\n", page);
     std::fflush(stdout);
     emulator::notify_service_manager("READY=1");
     server.run(routes, watch, [] { return tools::interrupted(); });

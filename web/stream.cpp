@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web/stream.hpp"
+
+#include "core/error.hpp"
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/ssl.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/detect_ssl.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+
+namespace obscura::web {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace ssl = asio::ssl;
+using tcp = asio::ip::tcp;
+using ErrorCode = beast::error_code;
+
+/// For the handshake, and for the farewell.
+constexpr std::chrono::seconds handshake_time{5}, farewell_time{1};
+
+constexpr std::string_view not_tls =
+    "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n"
+    "this port speaks HTTPS: the link begins with https://\n";
+
+} // namespace
+
+struct Tls::Context {
+    ssl::context ssl{ssl::context::tls_server};
+};
+
+Tls::Tls(const std::string& certificate, const std::string& key) : context_(std::make_unique<Context>()) {
+    ssl::context& made = context_->ssl;
+    ErrorCode error;
+    const auto refuse = [&](const std::string& file, const std::string& wanted) {
+        if (!error) return;
+        const std::string why = std::ifstream(file) ? error.message() : std::strerror(errno);
+        throw ConfigError(fmt::format("{}: {}; {} is wanted", file, why, wanted));
+    };
+    ::SSL_CTX_set_min_proto_version(made.native_handle(), TLS1_2_VERSION);
+    ::SSL_CTX_set_options(made.native_handle(), SSL_OP_NO_RENEGOTIATION);
+    made.use_certificate_chain_file(certificate, error);
+    refuse(certificate, "a certificate in PEM");
+    // Refuses also the key of another certificate.
+    made.use_private_key_file(key, ssl::context::pem, error);
+    refuse(key, fmt::format("the private key of {} in PEM", certificate));
+}
+
+Tls::~Tls() = default;
+
+/// TCP alone.
+struct Stream::Plain final : Layers {
+    explicit Plain(tcp::socket socket) : stream(std::move(socket)) {}
+    beast::tcp_stream& tcp() noexcept override { return stream; }
+    void start(std::function<void(ErrorCode)> done) override { done({}); }
+    void end(std::shared_ptr<Layers> /*self*/) override {
+        ErrorCode ignored;
+        stream.socket().shutdown(tcp::socket::shutdown_both, ignored);
+    }
+    void read(const List<asio::mutable_buffer>& buffers, Handler handler) override {
+        stream.async_read_some(buffers, std::move(handler));
+    }
+    void write(const List<asio::const_buffer>& buffers, Handler handler) override {
+        stream.async_write_some(buffers, std::move(handler));
+    }
+
+    beast::tcp_stream stream;
+};
+
+/// TLS over TCP.
+struct Stream::Secure final : Layers {
+    Secure(tcp::socket socket, ssl::context& context) : stream(std::move(socket), context) {}
+    beast::tcp_stream& tcp() noexcept override { return stream.next_layer(); }
+    void start(std::function<void(ErrorCode)> done) override {
+        tcp().expires_after(handshake_time);
+        beast::async_detect_ssl(tcp(), early,
+                                [this, done = std::move(done)](ErrorCode error, bool is_tls) mutable {
+                                    if (error)
+                                        done(error);
+                                    else if (is_tls)
+                                        shake_hands(std::move(done));
+                                    else
+                                        say_so(std::move(done));
+                                });
+    }
+    void shake_hands(std::function<void(ErrorCode)> done) {
+        stream.async_handshake(ssl::stream_base::server, early.data(),
+                               [this, done = std::move(done)](ErrorCode error, std::size_t used) {
+                                   early.consume(used);
+                                   done(error);
+                               });
+    }
+    void say_so(std::function<void(ErrorCode)> done) {
+        asio::async_write(tcp(), asio::buffer(not_tls),
+                          [this, done = std::move(done)](ErrorCode /*error*/, std::size_t) {
+                              ErrorCode ignored;
+                              tcp().socket().shutdown(tcp::socket::shutdown_send, ignored);
+                              done(asio::error::no_protocol_option);
+                          });
+    }
+    void end(std::shared_ptr<Layers> self) override {
+        tcp().expires_after(farewell_time);
+        stream.async_shutdown([self = std::move(self)](ErrorCode) {
+            ErrorCode ignored;
+            self->tcp().socket().shutdown(tcp::socket::shutdown_both, ignored);
+        });
+    }
+    void read(const List<asio::mutable_buffer>& buffers, Handler handler) override {
+        stream.async_read_some(buffers, std::move(handler));
+    }
+    void write(const List<asio::const_buffer>& buffers, Handler handler) override {
+        stream.async_write_some(buffers, std::move(handler));
+    }
+
+    ssl::stream<beast::tcp_stream> stream;
+    beast::flat_buffer early; ///< received before it was known to be TLS
+};
+
+Stream::Stream(tcp::socket socket, const Tls* tls)
+    : layers_(tls == nullptr ? std::shared_ptr<Layers>(std::make_shared<Plain>(std::move(socket)))
+                             : std::make_shared<Secure>(std::move(socket), tls->context().ssl)) {}
+
+} // namespace obscura::web
