@@ -14,20 +14,21 @@ function(obscura_manual_file file)
     add_custom_command(OUTPUT "${manual}/${file}"
         COMMAND "${CMAKE_COMMAND}" -E make_directory "${manual}"
         COMMAND Python3::Interpreter "${maker}" ${ARGN} > "${manual}/${file}"
-        DEPENDS "${maker}" obscurad obscura obscura-instrument obscura-stimulator-sim VERBATIM)
+        DEPENDS "${maker}" obscurad obscura obscura-instrument obscura-stimulator-sim obscura-web VERBATIM)
     set(manual_files ${manual_files} "${manual}/${file}" PARENT_SCOPE)
 endfunction()
 obscura_manual_file(obscura.1 man "$<TARGET_FILE:obscura>" 1)
 obscura_manual_file(obscura-instrument.1 man "$<TARGET_FILE:obscura-instrument>" 1)
 obscura_manual_file(obscura-stimulator-sim.1 man "$<TARGET_FILE:obscura-stimulator-sim>" 1)
 obscura_manual_file(obscurad.8 man "$<TARGET_FILE:obscurad>" 8)
+obscura_manual_file(obscura-web.8 man "$<TARGET_FILE:obscura-web>" 8)
 obscura_manual_file(obscurad.toml.5 keys "$<TARGET_FILE:obscura>")
 obscura_manual_file(obscura.bash completion "$<TARGET_FILE:obscura>" "$<TARGET_FILE:obscurad>")
 add_custom_target(manual ALL DEPENDS ${manual_files})
 
 install(FILES "${manual}/obscura.1" "${manual}/obscura-instrument.1" "${manual}/obscura-stimulator-sim.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
 install(FILES "${manual}/obscurad.toml.5" DESTINATION "${CMAKE_INSTALL_MANDIR}/man5")
-install(FILES "${manual}/obscurad.8" DESTINATION "${CMAKE_INSTALL_MANDIR}/man8")
+install(FILES "${manual}/obscurad.8" "${manual}/obscura-web.8" DESTINATION "${CMAKE_INSTALL_MANDIR}/man8")
 foreach(program obscura obscurad)
     install(FILES "${manual}/obscura.bash" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions"
             RENAME ${program})

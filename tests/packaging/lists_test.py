@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Holds the packaging to the project: same version, and every library that the build needs is in debian/control."""
+import fnmatch
 import pathlib
 import re
 import sys
@@ -36,6 +37,19 @@ programs_only = {"libboost-dev"}  # of which no installed library knows
 for package in needed:
     if package.endswith("-dev") and package not in development | programs_only:
         complaints.append(f"debian/control: Depends of obscura-dev lacks {package} of scripts/packages.txt")
+
+# Each program and unit is in the list of one package: lists of whole folders would put it into two.
+programs = [name for lists in [*ROOT.glob("*/**/CMakeLists.txt"), *ROOT.glob("cmake/*.cmake")] if lists.relative_to(ROOT).parts[0] != "build"
+            for name in re.findall(r"install\(TARGETS ([a-z-]+) RUNTIME(?! DESTINATION \"\${CMAKE_INSTALL_LIBEXECDIR})", lists.read_text())]
+installed = [line for file in (ROOT / "debian").glob("*.install") for line in file.read_text().split()]
+for path in [f"usr/bin/{name}" for name in programs]:
+    if installed.count(path) != 1:
+        complaints.append(f"debian/: {path} is in {installed.count(path)} of the lists *.install, wanted one")
+units = [re.sub(r"\.in$", "", file.name) for file in (ROOT / "systemd").glob("*.service*")]
+for unit in units:
+    found = [line for line in installed if fnmatch.fnmatch(f"lib/systemd/system/{unit}", line)]
+    if len(found) != 1:
+        complaints.append(f"debian/: lib/systemd/system/{unit} is in {len(found)} of the lists *.install, wanted one")
 
 project = re.search(r"project\(obscura VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
 package = re.match(r"obscura \(([^)]+)\)", (ROOT / "debian/changelog").read_text())[1]

@@ -2,21 +2,7 @@
 # Runs in a bare Debian that has what obscura depends on, as root and without a network: installs, looks, runs, purges.
 # Prints one line a check; exit status 0 only if all passed.
 set -uo pipefail
-failed=0
-ok() { echo "ok - $1"; }
-bad() {
-    echo "NOT OK - $1"
-    failed=1
-}
-# check TEXT COMMAND...: the command succeeds; its output is shown if not.
-check() {
-    local text=$1 output
-    shift
-    if output=$("$@" 2>&1); then ok "$text"; else
-        bad "$text"
-        printf '%s\n' "$output" | tail -n 15 | sed 's/^/    /'
-    fi
-}
+. "$(dirname "$0")/checks.sh"
 
 # Everything that a package could leave behind. The package manager's own books are not residue.
 snapshot() {
