@@ -85,6 +85,22 @@ Request request_of(const http::request<http::string_body>& message) {
     return request;
 }
 
+/// Of a request that cannot be read.
+Response refusal_of(ErrorCode error) {
+    Response response;
+    response.status = error == http::error::header_limit ? 431 : error == http::error::body_limit ? 413 : 400;
+    response.type = "text/plain; charset=utf-8";
+    response.body = error.message() + "\n";
+    return response;
+}
+
+using Parser = http::request_parser<http::string_body>;
+
+void set_limits(Parser& parser, const HttpLimits& limits) {
+    parser.header_limit(limits.header_bytes);
+    parser.body_limit(limits.body_bytes);
+}
+
 /// What the connections share; all of it on the server's thread.
 struct Shared {
     const HttpLimits& limits;
@@ -124,8 +140,7 @@ public:
     /// Waits for the first bytes of a request.
     void begin() {
         parser_.emplace();
-        parser_->header_limit(shared_.limits.header_bytes);
-        parser_->body_limit(shared_.limits.body_bytes);
+        set_limits(*parser_, shared_.limits);
         if (buffer_.size() > 0) {
             read_header();
             return;
@@ -167,13 +182,7 @@ private:
         if (error.category() != http::make_error_code(http::error::bad_field).category() ||
             error == http::error::end_of_stream || error == http::error::partial_message)
             return;
-        Response response;
-        response.status = error == http::error::header_limit ? 431
-                          : error == http::error::body_limit ? 413
-                                                             : 400;
-        response.type = "text/plain; charset=utf-8";
-        response.body = error.message() + "\n";
-        send(std::move(response), 11, false, false);
+        send(refusal_of(error), 11, false, false);
     }
 
     void answer() {
@@ -321,7 +330,7 @@ private:
     const std::string address_;
     const bool only_health_;
     beast::flat_static_buffer<16384> buffer_;
-    std::optional<http::request_parser<http::string_body>> parser_;
+    std::optional<Parser> parser_;
     bool streaming_ = false, chunked_ = true;
     std::uint64_t after_ = 0;
     std::string text_;
@@ -332,6 +341,21 @@ private:
 
 bool is_loopback(const std::string& address) {
     return endpoint_of(address).address().is_loopback();
+}
+
+std::optional<Response> answer_to(Routes& routes, const HttpLimits& limits, std::string_view bytes) {
+    Parser parser;
+    set_limits(parser, limits);
+    parser.eager(true);
+    while (!parser.is_done()) {
+        ErrorCode error;
+        const std::size_t used = parser.put(asio::buffer(bytes.data(), bytes.size()), error);
+        if (error == http::error::need_more) return std::nullopt;
+        if (error) return refusal_of(error);
+        bytes.remove_prefix(used);
+        if (used == 0 || (bytes.empty() && !parser.is_done())) return std::nullopt;
+    }
+    return routes.answer(request_of(parser.get()));
 }
 
 class HttpServer::Impl {

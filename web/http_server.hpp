@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace obscura::web {
 
@@ -48,6 +50,11 @@ private:
     class Impl;
     const std::unique_ptr<Impl> impl_;
 };
+
+/// What a connection would answer to the first request in `bytes` without doing its job, for tests and
+/// fuzzing; none: the request is not whole.
+[[nodiscard]] std::optional<Response> answer_to(Routes& routes, const HttpLimits& limits,
+                                                std::string_view bytes);
 
 /// Whether an address "HOST:PORT" is of the loopback interface. Throws InputError if it is no address.
 [[nodiscard]] bool is_loopback(const std::string& address);

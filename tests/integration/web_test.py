@@ -108,7 +108,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     check("a value that is none is refused", one.ask("/api/v1/events?after=x").status == 422)
 
     # Bytes of clients that follow no rule, among them wrong tokens, after which an address waits: a server of their own.
-    rude = Web("--socket", path)
+    rude = Web("--socket", path, "--role", "operator")
     good = f"GET /api/v1/state HTTP/1.1\r\nHost: localhost:{rude.port}\r\nAuthorization: Bearer {rude.token}\r\n".encode()
     for what, data in {"an endless line": b"GET /" + b"a" * 300000, "an endless header": good + b"X: " + b"b" * 300000,
                        "headers without end": good + b"X-Y: z\r\n" * 20000,
@@ -122,9 +122,12 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
         check(f"{what}: refused, and the connection ends", not answer or answer.split()[1] in (b"400", b"413", b"431"), answer[:200])
     check("two hosts are none", b" 421 " in rude.raw(good + b"Host: localhost\r\nConnection: close\r\n\r\n"))
     dice = random.Random(11)
-    whole = good + b"Connection: close\r\n\r\n"
-    for _ in range(MUTATED):
-        data = bytearray(whole)
+    body = b'{"Gain": 3, "TriggerSource": "Software", "x": [1, {"y": null}]}'
+    wholes = [good + b"Connection: close\r\n\r\n",
+              good.replace(b"GET /api/v1/state", f"PATCH /api/v1/cameras/{daemon.pid}-0/features?force=false".encode()) +
+              b"Content-Type: application/json\r\nConnection: close\r\nContent-Length: %d\r\n\r\n" % len(body) + body]
+    for number in range(MUTATED):
+        data = bytearray(wholes[number % 2])
         for _ in range(dice.randrange(1, 6)):
             at = dice.randrange(len(data))
             dice.choice([lambda: data.__setitem__(at, dice.randrange(256)), lambda: data.insert(at, dice.randrange(256)),
