@@ -85,10 +85,11 @@ public:
         }
         return *client_;
     }
-    /// The answer of a call. `fields`: makes its fields. Throws LinkError.
+    /// The answer of a call. `fields`: makes its fields. `once`: it is not made once more on a new
+    /// connection. Throws LinkError.
     template<typename Fields>
-    client::Answer call(const char* name, const Fields& fields) {
-        for (bool again = client_.has_value();; again = false) {
+    client::Answer call(const char* name, const Fields& fields, bool once = false) {
+        for (bool again = client_.has_value() && !once;; again = false) {
             try {
                 return client().call(name, fields());
             } catch (const client::ConnectionLost& error) {
@@ -117,6 +118,7 @@ DaemonLink::~DaemonLink() = default;
 DaemonState DaemonLink::state() {
     const client::Answer answer = calls_->call("state", [] { return Map(); });
     DaemonState state;
+    state.process = answer.map()["daemon"]["pid"].as<std::int64_t>(0);
     state.version = answer.map()["daemon"]["version"].string();
     const ValueView cameras = answer.map()["cameras"];
     for (std::size_t i = 0; i < cameras.size(); ++i)
@@ -177,6 +179,31 @@ std::optional<TriggerResult> DaemonLink::trigger_result(double wait_s) {
         if (dynamic_cast<const client::ConnectionLost*>(&error) != nullptr) triggers_->close();
         throw link_error(error);
     }
+}
+
+TimingAnswer DaemonLink::timing(std::uint32_t camera, std::uint64_t after) {
+    constexpr int most = 256;
+    const client::Answer answer = calls_->call(
+        "timing",
+        [&] {
+            return Map{{"camera", camera}, {"after", after}, {"most", most}};
+        },
+        true);
+    const ValueView map = answer.map();
+    TimingAnswer timing;
+    timing.last = count_in(map, "last");
+    if (map["tai_offset_ns"].type() == OBSCURA_INT)
+        timing.tai_offset_ns = map["tai_offset_ns"].as<std::int64_t>(0);
+    const ValueView columns = map["columns"], rows = map["rows"];
+    for (std::size_t i = 0; i < columns.size(); ++i)
+        timing.columns.push_back(columns[i].string());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        auto& row = timing.rows.emplace_back();
+        for (std::size_t j = 0; j < rows[i].size(); ++j)
+            row.push_back(rows[i][j].type() == OBSCURA_INT ? std::optional(rows[i][j].as<std::int64_t>(0))
+                                                           : std::nullopt);
+    }
+    return timing;
 }
 
 } // namespace obscura::instrument

@@ -18,6 +18,14 @@ struct DaemonAddress {
     std::string token_file; ///< of the token that the daemon wants; empty: none
 };
 
+/// What the call `timing` answers.
+struct TimingAnswer {
+    std::vector<std::string> columns;
+    std::vector<std::vector<std::optional<std::int64_t>>> rows; ///< of consecutive frames, oldest first
+    std::uint64_t last = 0;                                     ///< number of the newest frame
+    std::optional<std::int64_t> tai_offset_ns;                  ///< from the columns' clock to TAI
+};
+
 /// Connects when it is first used, and again after a connection was lost; a request other than a trigger is
 /// then made once more. Triggers have a connection of their own, so that others are answered meanwhile.
 class DaemonLink final : public CameraLink {
@@ -33,6 +41,9 @@ public:
     void begin_trigger(std::uint32_t camera) override;
     [[nodiscard]] bool trigger_pending() const override { return pending_; }
     [[nodiscard]] std::optional<TriggerResult> trigger_result(double wait_s) override;
+    /// Time stamps of the frames after the one with the number `after`, the newest 256 of them. Never made
+    /// once more: frames are counted since the daemon's start, and it may be another daemon.
+    [[nodiscard]] TimingAnswer timing(std::uint32_t camera, std::uint64_t after);
 
 private:
     class Connection;

@@ -3,6 +3,8 @@
 #include "core/error.hpp"
 #include "core/terminal_text.hpp"
 #include "emulator/service_notify.hpp"
+#include "instrument/packets/descriptions.hpp"
+#include "instrument/packets/service.hpp"
 #include "instrument/scpi/reference.hpp"
 #include "instrument/scpi/server.hpp"
 #include "tools/support/command_line.hpp"
@@ -12,7 +14,9 @@
 
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -28,16 +32,19 @@ using namespace obscura::instrument;
 struct Options {
     DaemonAddress daemon{"/run/obscura/calls", {}};
     std::string scpi = "127.0.0.1:5025", scpi_view, describe;
+    std::string telemetry, telecommands;
+    std::uint32_t apid = 256;
     bool insecure = false, version = false;
 };
 
 tools::CommandLine declare(Options& options) {
     tools::CommandLine line;
     line.program = "";
-    line.summary = "lets test benches command the cameras of a daemon by SCPI";
-    line.description = "Speaks SCPI over TCP and makes of it the calls of a daemon, whose configuration has "
-                       "[control]. SCPI knows no passwords: whoever reaches the port may do what the port "
-                       "allows, so it listens at the loopback interface.";
+    line.summary = "lets test benches command the cameras of a daemon by SCPI and space packets";
+    line.description =
+        "Speaks SCPI over TCP and CCSDS space packets over UDP, and makes of them the calls of a "
+        "daemon, whose configuration has [control]. Neither knows passwords: whoever reaches a "
+        "port may do what the port allows, so it listens at the loopback interface.";
     line.option("--control", &options.daemon.address, "ADDRESS",
                 "Calls of the daemon: its control.unix_socket, or ADDRESS:PORT of its control.listen");
     line.option("--token-file", &options.daemon.token_file, "FILE", "Token that the daemon wants over TCP");
@@ -45,10 +52,16 @@ tools::CommandLine declare(Options& options) {
                 "Listen here for clients that may change the cameras; port 0: any free one; off: not at all");
     line.option("--scpi-view", &options.scpi_view, "ADDRESS:PORT",
                 "Listen here for clients that may only ask");
+    line.option("--telemetry", &options.telemetry, "ADDRESS:PORT",
+                "Send telemetry packets there: housekeeping once a second, a report of each frame");
+    line.option("--telecommands", &options.telecommands, "ADDRESS:PORT",
+                "Take telecommand packets here; port 0: any free one");
+    line.number("--apid", &options.apid, "N", "First of the four APIDs of the packets", 1, 2036);
     line.flag("--insecure", options.insecure,
               "Allow addresses that are not of the loopback interface: whoever can reach them may do what "
               "they allow");
-    line.option("--describe", &options.describe, "WHAT", "Print a description and end").choices = {"scpi"};
+    line.option("--describe", &options.describe, "WHAT", "Print a description and end").choices = {
+        "scpi", "packets", "xtce", "cosmos-telemetry", "cosmos-commands"};
     line.flag("--version", options.version, "Print the version and end");
     line.examples = {"obscura-instrument",
                      "obscura-instrument --control 127.0.0.1:5153 --scpi 127.0.0.1:5025",
@@ -60,14 +73,18 @@ bool is_loopback(const std::string& address) {
     return address.starts_with("127.") || address.starts_with("localhost:");
 }
 
+void check_reach(const Options& options, const char* option, const std::string& address) {
+    if (is_loopback(address) || options.insecure) return;
+    throw ConfigError(fmt::format(
+        "obscura-instrument: {} {}: not of the loopback interface, and there are no passwords. Use a "
+        "tunnel (ssh -L 5025:127.0.0.1:5025 HOST), or --insecure in a laboratory network of its own",
+        option, address));
+}
+
 void open(std::vector<ScpiPort>& ports, const Options& options, const char* option,
           const std::string& address, bool may_change) {
     if (address.empty() || address == "off") return;
-    if (!is_loopback(address) && !options.insecure)
-        throw ConfigError(fmt::format(
-            "obscura-instrument: {} {}: not of the loopback interface, and SCPI knows no passwords. Use a "
-            "tunnel (ssh -L 5025:127.0.0.1:5025 HOST), or --insecure in a laboratory network of its own",
-            option, address));
+    check_reach(options, option, address);
     ports.push_back({service::Listener::tcp(address, options.insecure), may_change});
     fmt::print("{} {}\n", option + 2, ports.back().listener.address());
 }
@@ -76,13 +93,35 @@ int serve(const Options& options) {
     std::vector<ScpiPort> ports;
     open(ports, options, "--scpi", options.scpi, true);
     open(ports, options, "--scpi-view", options.scpi_view, false);
-    if (ports.empty()) throw tools::UsageError("obscura-instrument: --scpi off: nothing is left to do");
+    std::optional<PacketService> packets;
+    if (!options.telemetry.empty() || !options.telecommands.empty()) {
+        if (!options.telecommands.empty()) check_reach(options, "--telecommands", options.telecommands);
+        packets.emplace(
+            PacketOptions{options.telemetry, options.telecommands, static_cast<std::uint16_t>(options.apid)},
+            options.daemon);
+        if (!packets->telecommand_address().empty())
+            fmt::print("telecommands {}\n", packets->telecommand_address());
+    }
+    if (ports.empty() && !packets)
+        throw tools::UsageError("obscura-instrument: --scpi off: nothing is left to do");
     std::fflush(stdout);
     ScpiServer server(ScpiLimits{}, options.daemon, OBSCURA_VERSION, std::move(ports));
+    std::thread sender;
+    if (packets) sender = std::thread([&packets] { packets->run([] { return tools::interrupted(); }); });
     emulator::notify_service_manager("READY=1");
     server.run([] { return tools::interrupted(); });
     emulator::notify_service_manager("STOPPING=1");
+    if (sender.joinable()) sender.join();
     return exit_ok;
+}
+
+std::string description(const Options& options) {
+    const auto apid = static_cast<std::uint16_t>(options.apid);
+    if (options.describe == "packets") return packet_page(apid);
+    if (options.describe == "xtce") return xtce_description(apid);
+    if (options.describe == "cosmos-telemetry") return cosmos_telemetry(apid);
+    if (options.describe == "cosmos-commands") return cosmos_commands(apid);
+    return scpi_reference();
 }
 
 int run(const std::vector<std::string>& arguments) {
@@ -93,7 +132,7 @@ int run(const std::vector<std::string>& arguments) {
         return exit_ok;
     }
     if (!options.describe.empty()) {
-        fmt::print("{}", scpi_reference());
+        fmt::print("{}", description(options));
         return exit_ok;
     }
     tools::catch_interrupts();

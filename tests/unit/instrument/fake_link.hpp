@@ -27,7 +27,7 @@ public:
         camera.frame_id = 12;
         camera.counters = {{"frames", 12}, {"late", 1}};
         camera.latencies = {{"release_lateness", 12, 0.25, 3.5, 41}};
-        return {"1.2", {camera, camera}};
+        return {"1.2", 1, {camera, camera}};
     }
     [[nodiscard]] std::vector<instrument::Feature> features(std::uint32_t camera) override {
         if (camera > 1) throw instrument::LinkError("bad-argument", "camera", "there is no such camera");

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "instrument/packets/service.hpp"
+
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "instrument/packets/space_packet.hpp"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+namespace obscura::instrument {
+namespace {
+
+using Steady = std::chrono::steady_clock;
+constexpr int look_ms = 100;
+constexpr std::chrono::milliseconds report_period{250};
+constexpr int looks_per_housekeeping = 4; ///< one a second
+constexpr std::int64_t no_process = -1;
+constexpr int most_commands = 32; ///< that are done before anything else is
+
+sockaddr_in address_of(const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    std::uint16_t port = 0;
+    const std::string host = text.substr(0, colon);
+    const std::string_view digits =
+        colon == std::string::npos ? std::string_view() : std::string_view(text).substr(colon + 1);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+    address.sin_port = htons(port);
+    if (digits.empty() || error != std::errc{} || end != digits.data() + digits.size() ||
+        ::inet_pton(AF_INET, host == "localhost" ? "127.0.0.1" : host.c_str(), &address.sin_addr) != 1)
+        throw Error(exit_usage,
+                    fmt::format("{}: no address, allowed ADDRESS:PORT such as 127.0.0.1:5301", text));
+    return address;
+}
+
+/// A socket that is connected to (or bound at) the address, which is completed.
+FileDescriptor open(const std::string& text, sockaddr_in& address, bool receives) {
+    address = address_of(text);
+    auto* const raw = reinterpret_cast<sockaddr*>(&address);
+    FileDescriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    socklen_t size = sizeof address;
+    const bool good = socket && (receives ? ::bind(socket.get(), raw, size) == 0 &&
+                                                ::getsockname(socket.get(), raw, &size) == 0
+                                          : ::connect(socket.get(), raw, size) == 0);
+    if (!good) throw HardwareError(fmt::format("{}: {}", text, std::strerror(errno)));
+    return socket;
+}
+
+CommandResult result_of(const LinkError& error) {
+    if (error.code == "controlled") return CommandResult::controlled;
+    if (error.code == "not-now" || error.code == "busy") return CommandResult::not_now;
+    if (error.code == "bad-argument") return CommandResult::out_of_range;
+    if (error.code == "forbidden") return CommandResult::forbidden;
+    if (error.code == "connection-lost") return CommandResult::daemon_lost;
+    return CommandResult::failed;
+}
+
+} // namespace
+
+PacketService::PacketService(const PacketOptions& options, DaemonAddress daemon)
+    : first_apid_(options.first_apid), link_(std::move(daemon)), writer_(options.first_apid) {
+    sockaddr_in address{};
+    if (!options.telemetry.empty()) sender_ = open(options.telemetry, address, false);
+    if (options.telecommands.empty()) return;
+    receiver_ = open(options.telecommands, address, true);
+    std::array<char, INET_ADDRSTRLEN> host{};
+    ::inet_ntop(AF_INET, &address.sin_addr, host.data(), host.size());
+    telecommand_address_ = fmt::format("{}:{}", host.data(), ntohs(address.sin_port));
+}
+
+std::int64_t PacketService::tai_now() const {
+    const MonotonicClock clock;
+    return clock.now().ns + tai_offset_ns_.value_or(clock.tai_offset_ns());
+}
+
+void PacketService::send(const std::vector<std::uint8_t>& packet) const {
+    // A receiver that is not there yet is no error: packets are numbered, and it sees what it has missed.
+    if (sender_) (void)::send(sender_.get(), packet.data(), packet.size(), MSG_NOSIGNAL);
+}
+
+void PacketService::report(const Telecommand& command, CommandResult result, std::uint64_t frame) {
+    ++(result == CommandResult::done ? counters_.commands_done : counters_.commands_refused);
+    send(writer_.write(CommandReport{command.sequence, command.function, command.camera, result, frame},
+                       tai_now()));
+}
+
+void PacketService::execute(const Telecommand& command) {
+    switch (static_cast<CommandFunction>(command.function)) {
+    case CommandFunction::no_operation:
+    case CommandFunction::trigger:
+        return;
+    case CommandFunction::start:
+        return link_.start(command.camera);
+    case CommandFunction::stop:
+        return link_.stop(command.camera);
+    default:
+        link_.set(command.camera, std::string(command.feature),
+                  command.word.empty() ? FeatureValue(command.number)
+                                       : FeatureValue(std::string(command.word)));
+    }
+}
+
+void PacketService::take(std::span<const std::uint8_t> datagram) {
+    const std::optional<Telecommand> command = read_telecommand(datagram, first_apid_);
+    if (!command) {
+        ++counters_.commands_refused;
+        return;
+    }
+    if (next_command_ && *next_command_ != command->sequence) ++counters_.command_gaps;
+    next_command_ = static_cast<std::uint16_t>((command->sequence + 1U) % sequence_modulus);
+    if (command->result != CommandResult::done) return report(*command, command->result);
+    try {
+        if (command->function != static_cast<std::uint8_t>(CommandFunction::trigger)) {
+            execute(*command);
+            return report(*command, CommandResult::done);
+        }
+        if (triggering_) return report(*command, CommandResult::not_now);
+        link_.begin_trigger(command->camera);
+        triggering_ = command;
+    } catch (const LinkError& error) {
+        report(*command, result_of(error));
+    }
+}
+
+void PacketService::take_commands() {
+    std::array<std::uint8_t, most_packet_bytes> buffer;
+    for (int i = 0; receiver_ && i < most_commands; ++i) {
+        const ssize_t got = ::recv(receiver_.get(), buffer.data(), buffer.size(), MSG_TRUNC);
+        if (got < 0) return;
+        const auto size = static_cast<std::size_t>(got);
+        take(size <= buffer.size() ? std::span<const std::uint8_t>(buffer).first(size)
+                                   : std::span<const std::uint8_t>());
+    }
+}
+
+void PacketService::settle_trigger() {
+    if (!triggering_) return;
+    try {
+        const std::optional<TriggerResult> result = link_.trigger_result(0);
+        if (!result) return;
+        report(*triggering_, result->outcome == "missed" ? CommandResult::no_frame : CommandResult::done,
+               result->frame);
+    } catch (const LinkError& error) {
+        report(*triggering_, result_of(error));
+    }
+    triggering_.reset();
+}
+
+void PacketService::send_reports(std::uint32_t camera) {
+    const TimingAnswer answer = link_.timing(camera, reports_[camera].after());
+    tai_offset_ns_ = answer.tai_offset_ns ? *answer.tai_offset_ns : MonotonicClock().tai_offset_ns();
+    for (const FrameReport& frame : reports_[camera].take(camera, answer, *tai_offset_ns_)) {
+        ++counters_.reports;
+        counters_.reports_lost += static_cast<std::uint32_t>(frame.lost_before);
+        send(writer_.write(frame, tai_now()));
+    }
+}
+
+void PacketService::look(bool housekeeping) {
+    std::vector<std::optional<CameraState>> cameras;
+    try {
+        DaemonState state = link_.state();
+        reports_.resize(state.cameras.size());
+        if (process_ != 0 && state.process != process_)
+            for (FrameReports& camera : reports_)
+                camera.begin_anew();
+        process_ = state.process;
+        for (std::uint32_t camera = 0; camera < reports_.size(); ++camera) {
+            cameras.emplace_back(std::move(state.cameras[camera]));
+            send_reports(camera);
+        }
+    } catch (const LinkError& error) {
+        // Whatever answers next has not been there before: its frames are wanted from the first one on.
+        if (process_ == 0 && error.code == "connection-lost") process_ = no_process;
+    }
+    if (!housekeeping) return;
+    cameras.resize(std::max<std::size_t>({cameras.size(), reports_.size(), 1}));
+    for (std::uint32_t camera = 0; camera < cameras.size(); ++camera)
+        send(writer_.write(Housekeeping{camera, std::move(cameras[camera]), counters_}, tai_now()));
+}
+
+void PacketService::run(const std::function<bool()>& stopped) {
+    Steady::time_point next = Steady::now();
+    int looks = 0;
+    while (!stopped()) {
+        pollfd watched{receiver_.get(), POLLIN, 0};
+        ::poll(&watched, 1, look_ms); // without telecommands: a pause
+        take_commands();
+        settle_trigger();
+        if (!sender_ || Steady::now() < next) continue;
+        look(looks == 0);
+        looks = (looks + 1) % looks_per_housekeeping;
+        next = std::max(next + report_period, Steady::now());
+    }
+}
+
+} // namespace obscura::instrument

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Space packets over UDP: sends telemetry of a daemon's cameras, and does telecommands.
+#pragma once
+
+#include "core/file_descriptor.hpp"
+#include "instrument/daemon_link.hpp"
+#include "instrument/packets/frame_reports.hpp"
+#include "instrument/packets/telemetry.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace obscura::instrument {
+
+/// Where packets go and come from. Addresses are IPv4 with a port.
+struct PacketOptions {
+    std::string telemetry;    ///< receiver of telemetry; empty: none
+    std::string telecommands; ///< where telecommands are taken; empty: none
+    std::uint16_t first_apid = 256;
+};
+
+/// Thread-bound.
+class PacketService {
+public:
+    /// Throws Error (exit_usage) for what is no address, HardwareError if it cannot be used.
+    PacketService(const PacketOptions& options, DaemonAddress daemon);
+    PacketService(const PacketService&) = delete;
+    PacketService& operator=(const PacketService&) = delete;
+
+    /// "127.0.0.1:5302", where telecommands are taken; empty: nowhere.
+    [[nodiscard]] const std::string& telecommand_address() const noexcept { return telecommand_address_; }
+    /// Serves until `stopped` returns true, which is asked ten times a second.
+    void run(const std::function<bool()>& stopped);
+
+private:
+    void take_commands();
+    void take(std::span<const std::uint8_t> datagram);
+    /// Does a command other than a trigger. Throws LinkError.
+    void execute(const Telecommand& command);
+    void settle_trigger();
+    void report(const Telecommand& command, CommandResult result, std::uint64_t frame = 0);
+    /// Asks the daemon, sends frame reports and, if it is time, housekeeping.
+    void look(bool housekeeping);
+    void send_reports(std::uint32_t camera);
+    void send(const std::vector<std::uint8_t>& packet) const;
+    [[nodiscard]] std::int64_t tai_now() const;
+
+    const std::uint16_t first_apid_;
+    std::string telecommand_address_;
+    FileDescriptor sender_, receiver_;
+    DaemonLink link_;
+    TelemetryWriter writer_;
+    PacketCounters counters_;
+    std::vector<FrameReports> reports_; ///< by camera
+    std::int64_t process_ = 0;          ///< of the daemon that was asked last; 0: none was
+    std::optional<std::int64_t> tai_offset_ns_;
+    std::optional<std::uint16_t> next_command_; ///< sequence count
+    std::optional<Telecommand> triggering_;
+};
+
+} // namespace obscura::instrument
