@@ -48,6 +48,8 @@ enum class CameraEvent : std::uint8_t {
     error,          ///< a frame that could not be produced
 };
 
+class FaultRules; ///< transports/fault_rules.hpp
+
 /// Sender of frames, with threads of its own.
 class Transport {
 public:
@@ -95,6 +97,8 @@ public:
     /// without effect: there is no such thread. Called between start() and stop(), not on that thread;
     /// thread-safe.
     [[nodiscard]] virtual bool run_between_commands(const ControlWork& /*work*/) { return false; }
+    /// Injected faults of this transport; null: there are none. Valid between start() and stop().
+    [[nodiscard]] virtual FaultRules* fault_rules() noexcept { return nullptr; }
     /// Takes control away from a client of the control protocol, if there is one: its acquisition ends, and
     /// the next client may take control. Called between start() and stop().
     virtual void release_control() {}

@@ -4,7 +4,7 @@
 #include "core/log.hpp"
 #include "transports/gige/channels/gvsp_sender.hpp"
 #include "transports/gige/control/control_server.hpp"
-#include "transports/gige/device/test_control.hpp"
+#include "transports/gige/fault_rules.hpp"
 
 #include <fmt/format.h>
 
@@ -34,16 +34,10 @@ void read_resends(const SenderCounters& s, GigeCounters& out) {
                    .queue_full = count(ResendOutcome::queue_full)};
 }
 
-/// Strikes of the rules in the configuration, and of those set live that have struck.
-std::vector<TransportStatistics::Value> strikes_of(const FaultCounters& strikes,
-                                                   const GigeSettings& settings) {
+std::vector<TransportStatistics::Value> strikes_of(const ArmedFaults& faults) {
     std::vector<TransportStatistics::Value> all;
-    for (std::size_t i = 0; i < settings.faults.size(); ++i)
-        all.push_back({fmt::format("rule_{}_{}", i + 1, name_of(settings.faults[i].fault)), strikes[i]});
-    if (settings.drop_percent > 0) all.push_back({"drop_percent", strikes[drop_percent_counter(settings)]});
-    for (const auto& [fault, name] : enum_names(Fault{}))
-        if (const std::uint64_t n = strikes[live_counter(settings, fault)]; n > 0)
-            all.push_back({fmt::format("live_{}", name), n});
+    for (auto& [label, struck] : faults.strikes())
+        all.push_back({std::move(label), struck});
     return all;
 }
 
@@ -57,6 +51,7 @@ struct GigeCamera::Parts {
     Device device;
     ControlPort port;
     ControlServer server;
+    GigeFaultRules faults{device};
 
     static NetworkInterface shown_network(const GigeSettings& s) {
         NetworkInterface network = find_interface(s.interface);
@@ -185,7 +180,7 @@ TransportStatistics GigeCamera::statistics() const {
                   {"no_such_packet", g.refused.no_such_packet},
                   {"no_such_block", g.refused.no_such_block},
                   {"queue_full", g.refused.queue_full}}},
-                {"fault_strikes", parts_ ? strikes_of(parts_->device.fault_counters(), settings_)
+                {"fault_strikes", parts_ ? strikes_of(parts_->device.armed_faults())
                                          : std::vector<TransportStatistics::Value>{}},
                 {"trigger_to_first_packet_us",
                  {{"p50", us(g.trigger_to_first_p50_ns)}, {"p99", us(g.trigger_to_first_p99_ns)}}},
@@ -209,6 +204,10 @@ std::string GigeCamera::controller() const {
 
 bool GigeCamera::run_between_commands(const ControlWork& work) {
     return parts_ && parts_->server.run([&] { work(parts_->port.controller()); });
+}
+
+FaultRules* GigeCamera::fault_rules() noexcept {
+    return parts_ ? &parts_->faults : nullptr;
 }
 
 void GigeCamera::release_control() {

@@ -1002,6 +1002,70 @@ TEST_CASE("Faults strike the same packets in every run, as often as they should"
         CHECK(enum_named<Fault>(name_of(static_cast<Fault>(i))) == static_cast<Fault>(i));
 }
 
+TEST_CASE("Features and calls show and change one list of fault rules") {
+    GigeSettings s;
+    s.drop_percent = 1;
+    s.faults = {{.fault = Fault::corrupt, .percent = 5, .first_frame = 10}};
+    Bench b(s);
+    b.take_control();
+    const auto percent = [&](Fault f) {
+        return Bench::word(b.read(address_of("FaultPercent", static_cast<std::uint32_t>(f))));
+    };
+    const auto set = [&](const char* feature, Fault f, std::uint32_t word) {
+        return b.write(address_of(feature, static_cast<std::uint32_t>(f)), word);
+    };
+    const auto armed = [&] { return b.device.armed_faults().all(); };
+    REQUIRE(armed().size() == 2);
+    CHECK(armed()[0].label == "rule_1_corrupt");
+    CHECK(percent(Fault::corrupt) == 0); // of the configuration, and in a window
+    CHECK(percent(Fault::lose) == 0);
+
+    CHECK(set("FaultAmount", Fault::delay, 250) == ok);
+    CHECK(set("FaultPercent", Fault::delay, 12'500) == ok);
+    CHECK(set("FaultPercent", Fault::delay, 100'001) == invalid_parameter);
+    REQUIRE(armed().size() == 3);
+    CHECK(armed()[2].rule.percent == 12.5);
+    CHECK(armed()[2].rule.amount == 250);
+    CHECK(armed()[2].origin == FaultOrigin::feature);
+
+    // A call replaces all but what is there already, and its plain rules are the features.
+    *armed()[1].rule.struck = 7;
+    b.device.arm_faults({{.fault = Fault::lose, .percent = 1},
+                         {.fault = Fault::wrong_timestamp, .percent = 2, .amount = 30},
+                         {.fault = Fault::wrong_timestamp, .percent = 50, .amount = -30},
+                         {.fault = Fault::skip_frame, .percent = 3, .every_frames = 2}});
+    REQUIRE(armed().size() == 4);
+    CHECK(armed()[0].label == "drop_percent");
+    CHECK(armed()[0].struck() == 7);
+    CHECK(percent(Fault::delay) == 0);
+    CHECK(percent(Fault::wrong_timestamp) == 2000);
+    CHECK(Bench::word(
+              b.read(address_of("FaultAmount", static_cast<std::uint32_t>(Fault::wrong_timestamp)))) == 30);
+    CHECK(percent(Fault::skip_frame) == 0); // features cannot say it
+    CHECK(Bench::word(b.read(address_of("FaultStruck", static_cast<std::uint32_t>(Fault::lose)))) == 7);
+    CHECK(set("FaultPercent", Fault::wrong_timestamp, 4000) == ok);
+    CHECK(armed()[1].rule.percent == 4);
+    CHECK(set("FaultPercent", Fault::wrong_timestamp, 0) == ok);
+    REQUIRE(armed().size() == 3);
+    CHECK(armed()[1].rule.amount == -30);
+    // What strikes is the list.
+    CHECK(b.device.control_faults().strikes(Fault::skip_frame, 2) == nullptr);
+    b.device.arm_faults({});
+    CHECK(armed().empty());
+    CHECK_FALSE(b.device.control_faults().any());
+}
+
+TEST_CASE("Control faults that TestControl shows end with control, others do not") {
+    Bench b;
+    b.take_control();
+    b.device.arm_faults({{.fault = Fault::heartbeat_loss},
+                         {.fault = Fault::mute_control, .first_frame = 1'000'000},
+                         {.fault = Fault::lose, .percent = 2}});
+    b.device.control_lost();
+    REQUIRE(b.device.armed_faults().all().size() == 2);
+    CHECK(b.device.armed_faults().all()[0].rule.fault == Fault::mute_control);
+}
+
 TEST_CASE("Time stamps are TAI, latched whole, and restart at a reset") {
     Bench b;
     b.clock.set_tai_offset_ns(5'000'000'000'000'000'000);

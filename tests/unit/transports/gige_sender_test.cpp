@@ -36,10 +36,9 @@ struct Bench {
     GvspSender sender{settings, network, messages, clock};
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 
-    std::shared_ptr<FaultCounters> strikes;
+    std::vector<FaultRule> rules;
 
-    explicit Bench(bool extended, const std::vector<FaultRule>& faults = {})
-        : strikes(std::make_shared<FaultCounters>(faults.size())) {
+    explicit Bench(bool extended, const std::vector<FaultRule>& faults = {}) : rules(faults) {
         sockaddr_in a{};
         a.sin_family = AF_INET;
         a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -55,11 +54,9 @@ struct Bench {
         config.payload.max_width = width;
         config.payload.max_height = height;
         config.payload.max_image_bytes = std::size_t{2} * width * height;
-        std::vector<FaultRule> rules = faults;
-        for (std::size_t i = 0; i < rules.size(); ++i)
-            rules[i].counter = static_cast<std::uint32_t>(i);
+        for (FaultRule& rule : rules)
+            rule.struck = std::make_shared<std::atomic<std::uint64_t>>(0);
         config.faults.set_rules(rules);
-        config.faults.set_counters(strikes);
         REQUIRE(sender.begin(config));
     }
     ~Bench() {
@@ -68,6 +65,8 @@ struct Bench {
     }
     Bench(const Bench&) = delete;
     Bench& operator=(const Bench&) = delete;
+
+    [[nodiscard]] std::uint64_t strikes(std::size_t rule) const { return *rules[rule].struck; }
 
     void send_frame(std::uint64_t id) {
         const FrameRef frame = pool.acquire();
@@ -173,7 +172,7 @@ TEST_CASE("packets that are asked for are counted by what becomes of them") {
     bench.send_frame(2);
     bench.ask_and_wait(2, 1, 2);
     CHECK(bench.became(ResendOutcome::by_fault) == 2);
-    CHECK((*bench.strikes)[0] == 3);
+    CHECK(bench.strikes(0) == 3);
 
     // A frame of which two packets have been sent: what is asked of the rest is not lost.
     const FrameRef late = bench.pool.acquire();
@@ -213,12 +212,35 @@ TEST_CASE("each fault rule counts its own strikes") {
     Bench bench(true, rules);
     for (std::uint64_t id = 1; id < 6; ++id)
         bench.send_frame(id);
-    CHECK((*bench.strikes)[0] == 3); // payload packets of a frame
-    CHECK((*bench.strikes)[1] == 3);
-    CHECK((*bench.strikes)[2] == 6);
-    CHECK((*bench.strikes)[3] == 1);
+    CHECK(bench.strikes(0) == 3); // payload packets of a frame
+    CHECK(bench.strikes(1) == 3);
+    CHECK(bench.strikes(2) == 6);
+    CHECK(bench.strikes(3) == 1);
     CHECK(bench.sender.counters().injected_losses == 4);
     CHECK(bench.sender.counters().injected_delays == 9);
+}
+
+TEST_CASE("rules that are replaced while frames are sent hold from the next frame on") {
+    FaultRule lose;
+    lose.fault = Fault::lose;
+    Bench bench(true, {lose});
+    FaultRule skip;
+    skip.fault = Fault::skip_frame;
+    skip.struck = std::make_shared<std::atomic<std::uint64_t>>(0);
+    FaultInjector next;
+    next.set_rules({skip});
+    bench.send_frame(1);
+    CHECK(bench.strikes(0) == 3); // payload packets of a frame
+    bench.sender.set_faults(next);
+    bench.send_frame(2);
+    bench.send_frame(3);
+    CHECK(bench.strikes(0) == 3);
+    CHECK(*skip.struck == 2);
+    for (int i = 0; i < 20; ++i) // none of them is lost or freed twice, taken or not
+        bench.sender.set_faults({});
+    bench.send_frame(4);
+    CHECK(*skip.struck == 2);
+    bench.sender.set_faults(next);
 }
 
 TEST_CASE("a request that comes while a fault delays a packet is answered at once") {
@@ -232,7 +254,7 @@ TEST_CASE("a request that comes while a fault delays a packet is answered at onc
     frame->publish_rows(height);
     REQUIRE(bench.sender.submit(frame));
     const Time give_up = bench.clock.now() + 30 * ns_per_s;
-    while ((*bench.strikes)[0] == 0 && bench.clock.now() < give_up)
+    while (bench.strikes(0) == 0 && bench.clock.now() < give_up)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     bench.ask_and_wait(1, 0, 3);
     CHECK(bench.became(ResendOutcome::resent) == 1);

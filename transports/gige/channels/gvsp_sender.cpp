@@ -41,6 +41,13 @@ GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& net
       messages_(messages),
       slot_(slot) {}
 
+GvspSender::~GvspSender() {
+    stop();
+    delete incoming_faults_.load();
+    for (FaultInjector* replaced = nullptr; replaced_faults_.pop(replaced);)
+        delete replaced;
+}
+
 void GvspSender::start() {
     socket_.open(network_, 4U << 20);
     socket_.set_backend(choose_backend(settings_.backend, network_));
@@ -205,13 +212,31 @@ void GvspSender::install_session() noexcept {
     rest_.notify();
 }
 
+void GvspSender::set_faults(FaultInjector faults) {
+    // At most one set of rules has been replaced since the last call.
+    for (FaultInjector* replaced = nullptr; replaced_faults_.pop(replaced);)
+        delete replaced;
+    auto next = std::make_unique<FaultInjector>(std::move(faults));
+    delete incoming_faults_.exchange(next.release(), std::memory_order_acq_rel);
+}
+
+void GvspSender::take_faults() noexcept {
+    if (session_ == nullptr || incoming_faults_.load(std::memory_order_relaxed) == nullptr) return;
+    FaultInjector* const next = incoming_faults_.exchange(nullptr, std::memory_order_acq_rel);
+    if (next == nullptr) return;
+    std::swap(session_->config.faults, *next);
+    if (!session_->config.faults.any()) session_->shown = {};
+    replaced_faults_.push(next);
+}
+
 void GvspSender::send_frame(FrameRef frame) noexcept {
+    take_faults();
     const bool delivered = send_block(frame, false);
     (delivered ? counters_.delivered : counters_.dropped).fetch_add(1, std::memory_order_relaxed);
     if (!delivered || giving_up()) return;
     const FaultInjector& faults = session_->config.faults;
     if (const FaultRule* rule = faults.strikes(Fault::repeat_frame, session_->frames); rule != nullptr) {
-        faults.count(*rule);
+        FaultInjector::count(*rule);
         send_block(frame, true);
     }
 }
@@ -277,7 +302,7 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     block.flags = before != 0 && frame->info.frame_id > before + 1 ? gvsp_flag::previous_block_dropped : 0;
     std::uint64_t shown_id = block.count;
     if (const FaultRule* rule = fault(Fault::wrong_block_id, block)) {
-        session_->config.faults.count(*rule);
+        FaultInjector::count(*rule);
         shown_id += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount));
     }
     block.wire_id = wire_block_id(shown_id, session_->config.extended_ids);
@@ -295,7 +320,7 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     auto stamp = static_cast<std::uint64_t>(frame->info.trigger_edge.ns + frame->info.tai_offset_ns -
                                             session_->config.payload.timestamp_origin_ns);
     if (const FaultRule* rule = fault(Fault::wrong_timestamp, block)) {
-        session_->config.faults.count(*rule);
+        FaultInjector::count(*rule);
         stamp += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount * 1000));
     }
     block.leader_bytes = session_->type == PayloadType::multipart
@@ -530,7 +555,7 @@ void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
         return;
     }
     if (const FaultRule* rule = fault(Fault::delay, block, id)) {
-        session_->config.faults.count(*rule);
+        FaultInjector::count(*rule);
         counters_.injected_delays.fetch_add(1, std::memory_order_relaxed);
         wait_out_delay(rule->amount);
     }

@@ -57,7 +57,7 @@ public:
     /// `slot`: index of the camera in TransmitTimestamps.
     GvspSender(const GigeSettings& settings, const NetworkInterface& network, MessageChannel& messages,
                const Clock& clock, const ThreadSettings& thread = {}, std::size_t slot = 0);
-    ~GvspSender() override { stop(); }
+    ~GvspSender() override;
 
     /// Throws HardwareError.
     void start();
@@ -69,6 +69,7 @@ public:
     void abort() noexcept override;
     [[nodiscard]] bool idle() const noexcept override;
     bool wait_idle(std::int64_t span_ns) noexcept override;
+    void set_faults(FaultInjector faults) override;
     void resend(const ResendRequest& request) noexcept override;
     bool send_test_packet(const StreamConfig& config) noexcept override;
     [[nodiscard]] std::uint16_t source_port() const noexcept override { return socket_.port(); }
@@ -112,6 +113,7 @@ private:
 
     void loop();
     void install_session() noexcept;
+    void take_faults() noexcept;
     void send_frame(FrameRef frame) noexcept;
     bool send_block(const FrameRef& frame, bool again) noexcept;
     bool prepare(Block& block, const FrameRef& frame) noexcept;
@@ -138,7 +140,7 @@ private:
     /// Whether a rule for `f` strikes, counted.
     [[nodiscard]] bool struck(Fault f, const Block& block, std::uint32_t id = 0) const noexcept {
         const FaultRule* const rule = fault(f, block, id);
-        if (rule != nullptr) session_->config.faults.count(*rule);
+        if (rule != nullptr) FaultInjector::count(*rule);
         return rule != nullptr;
     }
     [[nodiscard]] bool giving_up() const noexcept {
@@ -161,6 +163,10 @@ private:
     SpscRing<ResendRequest, 256> resends_;
     std::atomic<bool> accepting_{false}, abort_{false}, quit_{false}, working_{false};
     std::atomic<Session*> incoming_{nullptr};
+    /// Rules for the next frame, of the control thread until the sender takes them; those that they replace
+    /// go back, as the sender must not free them.
+    std::atomic<FaultInjector*> incoming_faults_{nullptr};
+    SpscRing<FaultInjector*, 4> replaced_faults_;
     Session* session_ = nullptr;             // sender thread only, while it runs
     std::unique_ptr<Session> owned_session_; // control thread only
 

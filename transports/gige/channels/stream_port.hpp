@@ -42,6 +42,8 @@ public:
     [[nodiscard]] virtual bool idle() const noexcept = 0;
     /// Waits for idle(); false when it takes longer than `span_ns`.
     virtual bool wait_idle(std::int64_t span_ns) noexcept = 0;
+    /// Replaces the fault rules of the stream from its next frame on. Allocates.
+    virtual void set_faults(FaultInjector /*faults*/) {}
     virtual void resend(const ResendRequest& request) noexcept = 0;
     /// Sends one GVSP test packet of exactly `config.packet_size` bytes.
     virtual bool send_test_packet(const StreamConfig& config) noexcept = 0;

@@ -59,7 +59,7 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
     ++commands_;
     const FaultInjector& faults = device_.control_faults();
     if (const FaultRule* rule = faults.strikes(Fault::mute_control, commands_); rule != nullptr) {
-        faults.count(*rule);
+        FaultInjector::count(*rule);
         counters_.muted.fetch_add(1, std::memory_order_relaxed);
         return {};
     }
@@ -75,7 +75,7 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
     const bool answered = request.wants_ack() && request.command != Command::packet_resend;
     if (is_controller(from)) {
         if (const FaultRule* rule = faults.strikes(Fault::heartbeat_loss, commands_); rule != nullptr)
-            faults.count(*rule);
+            FaultInjector::count(*rule);
         else
             last_heard_ = now;
         if (answered && datagram.size() == last_request_bytes_ &&

@@ -80,6 +80,11 @@ StatusCodes Device::status_codes() const {
     return gige::status_codes(context_);
 }
 
+void Device::arm_faults(const std::vector<FaultRule>& rules) {
+    context_.armed_faults.replace(rules);
+    publish_faults(context_);
+}
+
 void Device::control_lost() {
     acquisition_stop(context_);
     context_.bank.poke(reg::stream_port, 0);

@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace obscura::transports::gige {
 
@@ -56,8 +57,10 @@ public:
     void run_actions(Time now);
     /// Fault rules, of which mute_control and heartbeat_loss concern commands.
     [[nodiscard]] const FaultInjector& control_faults() const noexcept { return context_.faults; }
-    /// Strikes of the fault rules so far. Any thread.
-    [[nodiscard]] const FaultCounters& fault_counters() const noexcept { return *context_.fault_counters; }
+    /// Rules in force and what they have struck. Any thread.
+    [[nodiscard]] const ArmedFaults& armed_faults() const noexcept { return context_.armed_faults; }
+    /// Replaces all fault rules, see ArmedFaults::replace().
+    void arm_faults(const std::vector<FaultRule>& rules);
     /// Posts an event of the control side.
     void post(Event e, Time t) { gige::post(context_, e, t); }
     /// Whether PENDING_ACK is switched on.

@@ -2,10 +2,8 @@
 #include "transports/gige/device/device_context.hpp"
 
 #include "transports/gige/device/stream_channel.hpp"
-#include "transports/gige/device/test_control.hpp"
 
 #include <algorithm>
-#include <memory>
 
 namespace obscura::transports::gige {
 
@@ -21,9 +19,7 @@ DeviceContext::DeviceContext(const GigeSettings& settings_, const NetworkInterfa
       clock(clock_),
       limits(control_.limits()),
       packet_size_max(std::max(packet_size_min, std::min(network_.mtu, packet_size_limit) / 4 * 4)),
-      fault_counters(std::make_shared<FaultCounters>(fault_counter_count(settings))) {
-    faults.set_counters(fault_counters);
-}
+      armed_faults(settings, seed) {}
 
 std::uint64_t device_time(const DeviceContext& d, Time t) noexcept {
     return static_cast<std::uint64_t>(t.ns + d.clock.tai_offset_ns() - d.timestamp_origin_ns);

@@ -10,6 +10,7 @@
 #include "transports/gige/channels/message_channel.hpp"
 #include "transports/gige/channels/network_interface.hpp"
 #include "transports/gige/channels/stream_port.hpp"
+#include "transports/gige/device/armed_faults.hpp"
 #include "transports/gige/device/state_file.hpp"
 #include "transports/gige/registers/register_bank.hpp"
 #include "transports/gige/settings.hpp"
@@ -53,8 +54,8 @@ struct DeviceContext {
     bool channel_fresh = true; ///< no acquisition since the stream channel was opened
     std::atomic<std::int64_t> timestamp_origin_ns{0};
     std::uint64_t timestamp_latched = 0;
-    const std::shared_ptr<FaultCounters> fault_counters; ///< readable from any thread
-    FaultInjector faults;
+    ArmedFaults armed_faults; ///< readable from any thread
+    FaultInjector faults;     ///< their rules
     std::uint32_t pending_ack_ms = 0;
     static constexpr std::size_t action_queue_size = 16;
     std::array<Time, action_queue_size> actions{};  ///< scheduled, in no order; 0: free

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// TestControl: PENDING_ACK, test event, and faults, which take effect at the next AcquisitionStart.
+// TestControl: PENDING_ACK, test event, and faults, which take effect from the next frame on.
 #include "transports/gige/device/test_control.hpp"
 
 #include "transports/gige/device/accessors.hpp"
 
 #include <array>
-#include <utility>
-#include <vector>
 
 namespace obscura::transports::gige {
 namespace {
@@ -28,6 +26,29 @@ constexpr std::array fault_selector_entries{
     entry("RepeatFrame", Fault::repeat_frame),
     entry("HeartbeatLoss", Fault::heartbeat_loss),
 };
+
+std::uint64_t get_percent(const Feature& f, DeviceContext& d, std::uint32_t i) {
+    const auto plain = d.armed_faults.plain(static_cast<Fault>(i));
+    return plain ? to_word(f, plain->percent) : 0;
+}
+
+Status set_percent(const Feature& f, DeviceContext& d, std::uint32_t i, std::uint32_t word) {
+    d.armed_faults.set_percent(static_cast<Fault>(i), from_word(f, word), stored(d, "FaultAmount", i));
+    publish_faults(d);
+    return Status::success;
+}
+
+std::uint64_t get_amount(const Feature& /*f*/, DeviceContext& d, std::uint32_t i) {
+    const auto plain = d.armed_faults.plain(static_cast<Fault>(i));
+    return plain ? static_cast<std::uint32_t>(plain->amount) : stored(d, "FaultAmount", i);
+}
+
+Status set_amount(const Feature& /*f*/, DeviceContext& d, std::uint32_t i, std::uint32_t word) {
+    store(d, "FaultAmount", i, word);
+    d.armed_faults.set_amount(static_cast<Fault>(i), word);
+    publish_faults(d);
+    return Status::success;
+}
 
 constexpr std::array features{
     Feature{
@@ -64,7 +85,9 @@ constexpr std::array features{
             .scale = 1000,
             .minimum = fixed(0),
             .maximum = fixed(100),
-            .written = [](DeviceContext& d, std::uint32_t) { publish_faults(d); }},
+            .in_user_set = false,
+            .get = get_percent,
+            .set = set_percent},
     Feature{.name = "FaultAmount",
             .custom = true,
             .visibility = Visibility::guru,
@@ -74,8 +97,20 @@ constexpr std::array features{
             .stride = 4,
             .minimum = fixed(0),
             .maximum = fixed(1000000),
-            .written = [](DeviceContext& d, std::uint32_t) { publish_faults(d); },
+            .in_user_set = false,
+            .get = get_amount,
+            .set = set_amount,
             .reset = [](const DeviceContext&) { return std::uint32_t{1}; }},
+    Feature{.name = "FaultStruck",
+            .custom = true,
+            .visibility = Visibility::guru,
+            .tooltip = "Packets (frames, commands) that all rules of this fault have struck",
+            .access = Access::read_only,
+            .address = 0xA580,
+            .selectors = {"FaultSelector"},
+            .stride = 4,
+            .get = [](const Feature&, DeviceContext& d,
+                      std::uint32_t i) { return d.armed_faults.struck(static_cast<Fault>(i)); }},
 };
 
 } // namespace
@@ -84,49 +119,15 @@ FeatureCategory test_control() {
     return {.name = "TestControl", .features = features};
 }
 
-std::size_t drop_percent_counter(const GigeSettings& settings) noexcept {
-    return settings.faults.size();
-}
-
-std::size_t live_counter(const GigeSettings& settings, Fault fault) noexcept {
-    return settings.faults.size() + 1 + value(fault);
-}
-
-std::size_t fault_counter_count(const GigeSettings& settings) noexcept {
-    return settings.faults.size() + 1 + fault_count;
-}
-
 void publish_faults(DeviceContext& d) {
-    std::vector<FaultRule> rules = d.settings.faults;
-    for (std::size_t i = 0; i < rules.size(); ++i) {
-        rules[i].counter = static_cast<std::uint32_t>(i);
-        if (rules[i].seed == 0) rules[i].seed = d.seed;
-    }
-    if (d.settings.drop_percent > 0) {
-        FaultRule lose;
-        lose.percent = d.settings.drop_percent;
-        lose.counter = static_cast<std::uint32_t>(drop_percent_counter(d.settings));
-        lose.seed = d.seed;
-        rules.push_back(lose);
-    }
-    const Feature& percent = feature("FaultPercent");
-    for (std::uint32_t i = 0; i < fault_count; ++i) {
-        const std::uint32_t word = stored(d, "FaultPercent", i);
-        if (word == 0) continue;
-        FaultRule live;
-        live.fault = static_cast<Fault>(i);
-        live.percent = from_word(percent, word);
-        live.amount = stored(d, "FaultAmount", i);
-        live.seed = d.seed;
-        live.counter = static_cast<std::uint32_t>(live_counter(d.settings, live.fault));
-        rules.push_back(live);
-    }
-    d.faults.set_rules(std::move(rules));
+    d.faults.set_rules(d.armed_faults.rules());
+    d.stream.set_faults(d.faults);
 }
 
 void clear_control_faults(DeviceContext& d) {
     for (const Fault fault : {Fault::mute_control, Fault::heartbeat_loss})
-        store(d, "FaultPercent", value(fault), 0);
+        while (d.armed_faults.plain(fault))
+            d.armed_faults.set_percent(fault, 0, 0);
     publish_faults(d);
 }
 

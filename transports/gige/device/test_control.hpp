@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Injected faults: rules of the configuration and those set live in TestControl.
+// Injected faults of the device: from the rules in force to stream and control.
 #pragma once
 
 #include "transports/gige/device/device_context.hpp"
 
-#include <cstddef>
-
 namespace obscura::transports::gige {
 
-/// Numbers in FaultCounters: the rules of [[gige.faults]] in their order, then these.
-[[nodiscard]] std::size_t drop_percent_counter(const GigeSettings& settings) noexcept;
-[[nodiscard]] std::size_t live_counter(const GigeSettings& settings, Fault fault) noexcept;
-[[nodiscard]] std::size_t fault_counter_count(const GigeSettings& settings) noexcept;
-/// Passes all rules to the fault injector; the stream applies them from the next AcquisitionStart on.
+/// Passes the rules in force to the fault injectors of the control side and of the stream, which applies them
+/// from its next frame on.
 void publish_faults(DeviceContext& d);
-/// Disables those faults set in TestControl that leave commands unanswered or let the heartbeat time out.
+/// Disarms those faults of TestControl that leave commands unanswered or let the heartbeat time out.
 void clear_control_faults(DeviceContext& d);
 
 } // namespace obscura::transports::gige

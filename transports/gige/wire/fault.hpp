@@ -5,8 +5,11 @@
 #include "core/enum_names.hpp"
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <string_view>
 
 namespace obscura::transports::gige {
 
@@ -51,6 +54,43 @@ constexpr auto enum_names(Fault /*type*/) {
     };
 }
 static_assert(enum_names(Fault{}).size() == fault_count);
+/// What a kind of fault does, as clients show it.
+constexpr std::string_view help_of(Fault fault) {
+    switch (fault) {
+    case Fault::lose:
+        return "Payload packets are withheld when first sent, not in resends";
+    case Fault::lose_for_good:
+        return "Payload packets are withheld, and their resends refused";
+    case Fault::duplicate:
+        return "Payload packets are sent twice";
+    case Fault::reorder:
+        return "Payload packets are sent after their successors";
+    case Fault::delay:
+        return "The sender pauses for `amount` us before a payload packet";
+    case Fault::corrupt:
+        return "One bit of a payload packet is inverted";
+    case Fault::drop_leader:
+        return "The first packet of a frame is withheld";
+    case Fault::drop_trailer:
+        return "The last packet of a frame is withheld";
+    case Fault::skip_frame:
+        return "The frame is not sent; its block id is missing";
+    case Fault::wrong_block_id:
+        return "The block id is `amount` too high";
+    case Fault::wrong_timestamp:
+        return "The time stamp is `amount` us off";
+    case Fault::mute_control:
+        return "Commands are not answered";
+    case Fault::freeze_frame:
+        return "The frame shows the pixels of the last one that was not struck, under a new id and time "
+               "stamp";
+    case Fault::repeat_frame:
+        return "The frame is sent once more under the next block id";
+    case Fault::heartbeat_loss:
+        return "Commands do not restart the heartbeat time-out of the controller";
+    }
+    return {};
+}
 
 /// One rule of [[gige.faults]]: what, when, how often. The same seed strikes the same packets in every run.
 struct FaultRule {
@@ -62,7 +102,14 @@ struct FaultRule {
     std::uint32_t burst = 1;        ///< consecutive packets struck together (lose)
     double amount = 1;              ///< see Fault
     std::uint64_t seed = 0;         ///< 0: the camera's
-    std::uint32_t counter = 0;      ///< of its strikes, see FaultCounters
+    /// Counts its strikes: packets, frames or commands; null: they are not counted. Copies share it.
+    std::shared_ptr<std::atomic<std::uint64_t>> struck{};
 };
+/// Whether two rules select the same packets for the same fault, whatever they have struck.
+[[nodiscard]] inline bool same_rule(const FaultRule& a, const FaultRule& b) {
+    return a.fault == b.fault && a.percent == b.percent && a.first_frame == b.first_frame &&
+           a.last_frame == b.last_frame && a.every_frames == b.every_frames && a.burst == b.burst &&
+           a.amount == b.amount && a.seed == b.seed;
+}
 
 } // namespace obscura::transports::gige
