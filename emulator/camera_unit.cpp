@@ -19,11 +19,15 @@ namespace {
 // finished.
 constexpr std::int64_t transports_done_ns = 500 * ns_per_ms;
 
+constexpr std::size_t recent_timing_rows = 1024;
+
 } // namespace
 
 CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& threads, LogRing& log,
                        const sync::PtpMonitor* ptp)
-    : uncontrolled_(!config.transports.controls_acquisition()), threads_(threads) {
+    : uncontrolled_(!config.transports.controls_acquisition()),
+      threads_(threads),
+      recent_timing_(timing_, config.control.enabled() ? recent_timing_rows : 0) {
     auto frames = static_cast<std::size_t>(config.daemon.pool_frames);
     if (const std::size_t needed = frames_needed(config); frames < needed) {
         log_warning("daemon.pool_frames: {} frames are fewer than the transports may hold; using {}", frames,
@@ -174,15 +178,14 @@ Heartbeats CameraUnit::heartbeats() const {
 
 void CameraUnit::tick() {
     if (!retired_.empty() && imaging_->maker->uses(*imaging_->renderer)) retired_.clear();
-    if (timing_out_ == nullptr) {
-        timing_.discard();
-        return;
-    }
     std::vector<std::int64_t> pace_ns;
     for (const auto& transport : transports_)
         pace_ns.push_back(transport->pace_ns());
-    timing_.drain(*timing_out_, stopped_ ? Time{INT64_MAX} : imaging_->clock.now() - transports_done_ns,
-                  pace_ns);
+    const auto take = [&](const FrameTiming& frame) {
+        recent_timing_.note(frame);
+        if (timing_out_ != nullptr) timing_.write_line(frame, *timing_out_, pace_ns);
+    };
+    timing_.drain(take, stopped_ ? Time{INT64_MAX} : imaging_->clock.now() - transports_done_ns);
 }
 
 void CameraUnit::write_timing_to(std::ostream& out) {
@@ -202,6 +205,12 @@ FileDescriptor CameraUnit::connect_to_simulator() {
     return simulator_ ? simulator_->connect() : FileDescriptor();
 }
 
+transports::FaultRules* CameraUnit::fault_rules() const noexcept {
+    for (const auto& transport : transports_)
+        if (transports::FaultRules* rules = transport->fault_rules()) return rules;
+    return nullptr;
+}
+
 void CameraUnit::release_control() {
     for (const auto& transport : transports_)
         transport->release_control();
@@ -218,7 +227,8 @@ std::string CameraUnit::summary() const {
 }
 
 std::string CameraUnit::statistics_json(const SourceState& source) const {
-    return statistics_to_json(*camera_, *releaser_, transports_, source, imaging_->maker->run());
+    return statistics_to_json(*camera_, *releaser_, transports_, recent_timing_.stages(), source,
+                              imaging_->maker->run());
 }
 
 } // namespace obscura::emulator

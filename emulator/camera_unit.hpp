@@ -9,6 +9,7 @@
 #include "emulator/camera.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/output_lines.hpp"
+#include "emulator/recent_timing.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/simulator_server.hpp"
 #include "emulator/statistics.hpp"
@@ -82,6 +83,11 @@ public:
     /// Frames for programs that look at the camera; null: no calls are configured.
     [[nodiscard]] transports::WatchTransport* watch() const noexcept { return watch_; }
 
+    /// Injected faults of its transports; null: there are none. Between start() and stop().
+    [[nodiscard]] transports::FaultRules* fault_rules() const noexcept;
+    /// Time stamps of the newest frames.
+    [[nodiscard]] const RecentTiming& recent_timing() const noexcept { return recent_timing_; }
+
     /// Takes control away from the clients of its transports.
     void release_control();
 
@@ -98,6 +104,7 @@ private:
     const bool uncontrolled_; ///< no client can start the acquisition
     const ThreadPlan threads_;
     TimingLog timing_;
+    RecentTiming recent_timing_;
     std::ostream* timing_out_ = nullptr;
     bool stopped_ = false;
     std::unique_ptr<Imaging> imaging_;

@@ -66,8 +66,8 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
 }
 
 std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                               const TransportList& transports, const SourceState& source,
-                               std::uint32_t run) {
+                               const TransportList& transports, const StageLatencies& stages,
+                               const SourceState& source, std::uint32_t run) {
     const CameraCounters c = camera.counters();
     Json json;
     json["clock"] = {{"state", source.lockstep ? "lockstep" : name_of(source.clock)},
@@ -102,6 +102,14 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
     json["latency_us"] = {{"trigger_to_first_row", latency(releaser.trigger_to_first_row())},
                           {"trigger_to_last_row", latency(releaser.trigger_to_last_row())},
                           {"release_lateness", latency(releaser.release_lateness())}};
+    json["stages_us"] = {{"trigger_seen", latency(stages.trigger_seen)},
+                         {"render", latency(stages.render)},
+                         {"detector", latency(stages.detector)},
+                         {"first_byte", Json::object()}};
+    for (std::size_t slot = 0; slot < transports.size(); ++slot)
+        if (stages.first_byte[slot].count() > 0)
+            json["stages_us"]["first_byte"][std::string(transports[slot]->kind())] =
+                latency(stages.first_byte[slot]);
     json["transports"] = Json::object();
     for (const auto& transport : transports)
         json["transports"][std::string(transport->kind())] = to_json(transport->statistics());

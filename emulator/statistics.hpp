@@ -3,6 +3,7 @@
 #pragma once
 
 #include "emulator/camera.hpp"
+#include "emulator/recent_timing.hpp"
 #include "emulator/releaser.hpp"
 #include "transports/transport.hpp"
 
@@ -30,9 +31,10 @@ struct SourceState {
 ///  "trigger": {"refused"}, "camera": {"run", counters...},
 ///  "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max", "sum", "up_to": numbers of spans up
 ///  to each of latency_bounds_us}, ...},
+///  "stages_us": {"trigger_seen": the same, "render", "detector", "first_byte": {"gige": ...}},
 ///  "transports": {"gige": {...}, ...}}
 [[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                                             const TransportList& transports, const SourceState& source,
-                                             std::uint32_t run);
+                                             const TransportList& transports, const StageLatencies& stages,
+                                             const SourceState& source, std::uint32_t run);
 
 } // namespace obscura::emulator

@@ -10,6 +10,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <span>
 #include <string>
@@ -60,17 +61,21 @@ public:
     [[nodiscard]] std::span<std::int32_t> next_rows(std::size_t rows) noexcept;
     void push(const FrameTiming& timing) noexcept;
 
-    /// Appends the queued frames that ended before `before` to `out`, one line per frame; returns the number
-    /// of lines. Transports must have finished those frames. `pace_ns`: see Transport::pace_ns(), by slot;
-    /// none: 0. Called by one thread at a time.
+    /// Passes the queued frames that ended before `before` to `take`, oldest first; returns their number.
+    /// Transports must have finished those frames. Called by one thread at a time.
+    std::size_t drain(const std::function<void(const FrameTiming&)>& take, Time before = Time{INT64_MAX});
+    /// The same, to the file.
     std::size_t drain(std::ostream& out, Time before = Time{INT64_MAX},
                       std::span<const std::int64_t> pace_ns = {});
-    /// Discards the queued frames.
-    void discard() noexcept;
+    /// Appends the line of a frame to `out`. `pace_ns`: see Transport::pace_ns(), by slot; none: 0.
+    void write_line(const FrameTiming& frame, std::ostream& out, std::span<const std::int64_t> pace_ns) const;
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
     /// First line of the file: names of the columns; times are in ns of the scheduling clock.
     [[nodiscard]] std::string header() const;
+    /// Kinds of the camera's transports, by slot.
+    [[nodiscard]] const std::vector<std::string>& transports() const noexcept { return transports_; }
+    [[nodiscard]] const RenderFacts& render() const noexcept { return render_; }
 
 private:
     static constexpr std::size_t capacity = 1024;

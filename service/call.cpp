@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/call.hpp"
 
+#include "config/section.hpp"
 #include "core/suggestion.hpp"
 
 #include <fmt/format.h>
@@ -93,6 +94,18 @@ void read_values(std::string_view call, const json& values, const config::Keys& 
     for (const auto& [name, value] : values.items())
         table.members.push_back({name, {}, value_of(value, name)});
     read_table(call, table, keys, {});
+}
+
+void read_section(std::string_view call, const std::string& field, const json& values,
+                  const config::Section& section) {
+    try {
+        config::Mistakes mistakes;
+        const config::Value table = value_of(values, field);
+        config::read_section(&table, {}, {std::string(call), field}, section, mistakes);
+        mistakes.throw_if_any();
+    } catch (const ConfigError& error) {
+        throw failure_of(error, call);
+    }
 }
 
 json describe(const config::Keys& keys) {

@@ -22,6 +22,10 @@
 #include <utility>
 #include <vector>
 
+namespace obscura::config {
+struct Section;
+}
+
 namespace obscura::service {
 
 struct Answer;
@@ -135,6 +139,11 @@ struct NoArguments {
 /// Reads `values`, a map, into the targets of `keys`; those that it does not name stay. Throws Failure
 /// (bad_argument) at the first mistake, with the name of the key as its field.
 void read_values(std::string_view call, const nlohmann::json& values, const config::Keys& keys);
+
+/// Reads `values`, a map that is the field `field` of a request, into `section` as a table of a file is read.
+/// Throws Failure (bad_argument) at the first mistake, with the dotted path of the key as its field.
+void read_section(std::string_view call, const std::string& field, const nlohmann::json& values,
+                  const config::Section& section);
 
 /// Rows as `describe` gives them.
 [[nodiscard]] nlohmann::json describe(const Calls& calls);

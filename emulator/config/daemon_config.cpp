@@ -146,6 +146,30 @@ Tables tables_of_camera(const config::Value& root, const config::Where& top, con
     return {laid_over(without_cameras(root), own), {top.file, where.path}, where};
 }
 
+/// Notes where the values stand that the tables have, and those of the sensor file that they name. `path` is
+/// the dotted path of the camera's tables.
+void note_sources_of(const Tables& tables, const std::string& path, DaemonConfig& config) {
+    const std::string prefix = path.empty() ? path : path + ".";
+    const config::Member* const sensor = tables.root.find("sensor");
+    const config::Member* const file = sensor == nullptr ? nullptr : sensor->value.find("file");
+    if (file != nullptr) {
+        const std::string named = (config.source.parent_path() / file->value.string).string();
+        const std::string sensor_file =
+            config::file_of_key(file->value, tables.top.in("sensor.file"), named, config::shipped_sensors);
+        note_sources(config::parse_file(sensor_file), prefix + "sensor", sensor_file, config.sources);
+    }
+    for (const config::Member& member : tables.root.members) {
+        const bool camera = !path.empty() && member.key == "camera";
+        if (camera) {
+            note_sources(member.value, path, config.source, config.sources);
+            continue;
+        }
+        config::Value one;
+        one.members.push_back(member);
+        note_sources(one, path, config.source, config.sources);
+    }
+}
+
 /// Reads all sections; not the scene file.
 DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& mistakes) {
     DaemonConfig config;
@@ -159,6 +183,8 @@ DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& m
         read_section(table.table(), table.at(), table.where(), section, mistakes);
     }
     if (mistakes.count() == before) check_together(config, tables, mistakes);
+    if (mistakes.count() == before)
+        mistakes.collect([&] { note_sources_of(tables, several ? tables.camera.path : "", config); });
     return config;
 }
 
@@ -224,7 +250,11 @@ DaemonConfig read_several(const config::Value& root, const config::Where& top, c
                                               tables[i].root, tables[i].top, mistakes);
         put_into_scene(cameras[i], scene, tables[i], mistakes);
     }
+    config::Sources sources = common.sources;
+    for (DaemonConfig& camera : cameras)
+        sources.merge(camera.sources);
     DaemonConfig first = std::move(cameras[0]);
+    first.sources = std::move(sources);
     first.others.assign(std::make_move_iterator(cameras.begin() + 1), std::make_move_iterator(cameras.end()));
     return first;
 }
@@ -331,6 +361,7 @@ DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_
     for (DaemonConfig* camera : cameras) {
         camera->scene_file = file.string();
         camera->scene = scene;
+        camera->sources["scene.file"] = "scene.show";
         if (!camera->view.empty()) {
             const config::Value view = config::parse_text(camera->view, camera->source.string());
             (void)scene::read_view(view, {camera->source, "camera.view"}, camera->scene);

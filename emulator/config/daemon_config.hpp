@@ -2,6 +2,7 @@
 // Configuration of the daemon: reads, checks and prints TOML files as plain structs. Read this header first.
 #pragma once
 
+#include "config/entries.hpp"
 #include "emulator/config/camera_section.hpp"
 #include "emulator/config/daemon_sections.hpp"
 #include "renderer/scene/scene.hpp"
@@ -44,6 +45,8 @@ struct DaemonConfig {
     bool several = false;     ///< written as [[camera]], perhaps with one element
     bool own_trigger = false; ///< has a [camera.trigger]; otherwise [trigger] applies
     std::string view;         ///< the keys of [camera.view] that the file gives, as TOML
+    /// Where the values stand that files give, of all cameras: "camera[1].gige.port".
+    config::Sources sources;
 
     /// This one and the others.
     [[nodiscard]] std::vector<const DaemonConfig*> cameras() const;

@@ -3,6 +3,7 @@
 
 #include "core/log.hpp"
 #include "core/realtime.hpp"
+#include "emulator/control/configuration_call.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/monitor/monitor.hpp"
 
@@ -24,7 +25,8 @@ CameraCalls::Cameras cameras_of(Daemon& daemon) {
         cameras.push_back(std::unique_ptr<ControlledCamera>(new ControlledCamera{
             unit.camera(), unit.clock(),
             [&unit](const transports::Transport::ControlWork& work) { unit.run_between_commands(work); },
-            [&unit] { return unit.connect_to_simulator(); }, unit.watch()}));
+            [&unit] { return unit.connect_to_simulator(); }, unit.watch(), unit.fault_rules(),
+            &unit.recent_timing()}));
     }
     return cameras;
 }
@@ -39,8 +41,10 @@ std::filesystem::path scenes_of(const DaemonConfig& config) {
 CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& version)
     : daemon_(daemon),
       monitor_(monitor),
-      host_(version, cameras_of(daemon), scenes_of(daemon.config()), [&monitor] { return monitor.state(); }) {
-}
+      host_(version, cameras_of(daemon), scenes_of(daemon.config()),
+            {[&monitor] { return monitor.state(); },
+             [&daemon] { return std::filesystem::path(daemon.config().scene_file); },
+             [&daemon] { return describe_configuration(daemon.config()); }}) {}
 
 CallServer::~CallServer() {
     stop();

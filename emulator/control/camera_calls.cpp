@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/camera_calls.hpp"
 
+#include "core/log.hpp"
 #include "emulator/control/camera_features.hpp"
 #include "emulator/frame_outcome.hpp"
 #include "emulator/simulator_protocol.hpp"
@@ -84,11 +85,7 @@ private:
 struct CameraCalls::Choice {
     std::uint32_t number = 0;
 
-    Fields fields() {
-        return {{config::key("camera", &number)
-                     .range(0, 1000)
-                     .help("Number of the camera, in the order of the configuration")}};
-    }
+    Fields fields() { return {{camera_key(&number)}}; }
 };
 
 struct CameraCalls::Get : Choice { // NOLINT(bugprone-exception-escape): json does not throw when moved
@@ -103,9 +100,14 @@ struct CameraCalls::Get : Choice { // NOLINT(bugprone-exception-escape): json do
 
 struct CameraCalls::Set : Choice { // NOLINT(bugprone-exception-escape): json does not throw when moved
     json values;
+    bool force = false;
 
     Fields fields() {
         Fields all = Choice::fields();
+        all.keys.push_back(
+            config::key("force", &force)
+                .help("Also while a client of GigE Vision controls the camera; needs the permission "
+                      "\"admin\""));
         all.free.push_back({"values", "map", "Names of features and their new values", &values, true});
         return all;
     }
@@ -177,6 +179,12 @@ struct CameraCalls::Step : Choice {
     }
 };
 
+config::Key camera_key(std::uint32_t* number) {
+    return config::key("camera", number)
+        .range(0, 1000)
+        .help("Number of the camera, in the order of the configuration");
+}
+
 ControlledCamera& checked_camera(const CameraCalls::Cameras& cameras, std::uint32_t number) {
     if (number < cameras.size()) return *cameras[number];
     const std::string allowed = fmt::format("0 to {}", cameras.size() - 1);
@@ -188,12 +196,16 @@ ControlledCamera& CameraCalls::camera(const Choice& choice) const {
     return checked_camera(cameras_, choice.number);
 }
 
-void CameraCalls::change(ControlledCamera& camera, const std::function<void()>& work) const {
-    camera.run([&work](const std::string& controller) {
-        if (!controller.empty())
+std::string CameraCalls::change(ControlledCamera& camera, const std::function<void()>& work,
+                                bool force) const {
+    std::string forced;
+    camera.run([&](const std::string& controller) {
+        if (!controller.empty() && !force)
             throw Failure(FailureCode::controlled, fmt::format("controlled by {}", controller));
         work();
+        forced = controller;
     });
+    return forced;
 }
 
 SimulatorLink& CameraCalls::link(const Choice& choice) {
@@ -234,11 +246,16 @@ Answer CameraCalls::get(const Get& get) const {
     return {{{"values", std::move(wanted)}}};
 }
 
-Answer CameraCalls::set(const Set& set) const {
+Answer CameraCalls::set(const Set& set, const Work& work) const {
+    if (set.force && work.permission() < Permission::admin) {
+        Failure failure(FailureCode::forbidden, "camera.set: force needs the permission \"admin\"");
+        failure.field = "force";
+        throw failure;
+    }
     if (!set.values.is_object()) throw bad_argument("values", "camera.set: values: allowed a map");
     Camera& chosen = camera(set).camera;
     json changed = json::object();
-    change(camera(set), [&] {
+    const auto apply = [&] {
         const CameraLimits limits = chosen.limits();
         CameraFeatures features(chosen.settings());
         const config::Keys keys = features.keys(limits);
@@ -261,7 +278,10 @@ Answer CameraCalls::set(const Set& set) const {
         const json after = values_of(applied.keys(limits));
         for (const auto& [name, value] : after.items())
             if (value != before[name]) changed[name] = value;
-    });
+    };
+    if (const std::string controller = change(camera(set), apply, set.force); !controller.empty())
+        log_notice("calls: camera {}: {} set although {} controls it", set.number, changed.dump(),
+                   controller);
     return {{{"changed", std::move(changed)}}};
 }
 
@@ -331,8 +351,8 @@ service::Calls CameraCalls::calls() {
             "camera.set", Permission::operate,
             "Changes settings of a camera from the next frame on: all of them, or none if one is wrong. "
             "While a GigE Vision client controls the camera it answers \"controlled\" with the "
-            "client's address.",
-            [this](const Set& arguments, Work& /*work*/) { return set(arguments); }),
+            "client's address, unless it is forced, which is logged.",
+            [this](const Set& arguments, Work& work) { return set(arguments, work); }),
         call<Choice>("camera.start", Permission::operate,
                      "Starts the acquisition; answers \"controlled\" as camera.set does.",
                      [this](const Choice& choice, Work& /*work*/) {

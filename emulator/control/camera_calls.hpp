@@ -16,6 +16,9 @@ namespace obscura::emulator {
 [[nodiscard]] ControlledCamera& checked_camera(const std::vector<std::unique_ptr<ControlledCamera>>& cameras,
                                                std::uint32_t number);
 
+/// Field of a call that says which camera of the daemon is meant.
+[[nodiscard]] config::Key camera_key(std::uint32_t* number);
+
 /// Of one client. Thread-bound to the thread that runs its calls.
 class CameraCalls {
 public:
@@ -36,12 +39,13 @@ private:
     struct Step;
 
     [[nodiscard]] ControlledCamera& camera(const Choice& choice) const;
-    /// Runs `work` on the camera unless a client of another protocol controls it; then throws Failure.
-    void change(ControlledCamera& camera, const std::function<void()>& work) const;
+    /// Runs `work` on the camera. While a client of another protocol controls it, throws Failure, or with
+    /// `force` runs it and returns that client's address.
+    std::string change(ControlledCamera& camera, const std::function<void()>& work, bool force = false) const;
     [[nodiscard]] SimulatorLink& link(const Choice& choice);
     [[nodiscard]] service::Answer features(const Choice& choice) const;
     [[nodiscard]] service::Answer get(const Get& get) const;
-    [[nodiscard]] service::Answer set(const Set& set) const;
+    [[nodiscard]] service::Answer set(const Set& set, const service::Work& work) const;
     [[nodiscard]] service::Answer trigger(const Trigger& trigger, service::Work& work) const;
     void pose(const PoseFields& pose, service::Work& work);
     [[nodiscard]] service::Answer step(const Step& step, service::Work& work);

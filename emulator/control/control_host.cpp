@@ -2,8 +2,11 @@
 #include "emulator/control/control_host.hpp"
 
 #include "core/log_history.hpp"
+#include "emulator/control/configuration_call.hpp"
+#include "emulator/control/fault_calls.hpp"
 #include "emulator/control/frame_call.hpp"
 #include "emulator/control/scene_call.hpp"
+#include "emulator/control/timing_call.hpp"
 #include "emulator/monitor/monitor.hpp"
 
 #include <utility>
@@ -59,7 +62,13 @@ public:
             calls.push_back(std::move(call));
         calls.push_back(frame_call(cameras_));
         calls.push_back(stream_call(cameras_));
-        calls.push_back(scene_call(host_.scene_requests(), scenes_));
+        calls.push_back(timing_call(cameras_));
+        calls.push_back(configuration_call([this] { return host_.configuration(); }));
+        for (service::Call& call : fault_calls(cameras_))
+            calls.push_back(std::move(call));
+        for (service::Call& call :
+             scene_calls(host_.scene_requests(), scenes_, [this] { return host_.shown_scene(); }))
+            calls.push_back(std::move(call));
         return calls;
     }
 
@@ -73,32 +82,51 @@ private:
 } // namespace
 
 ControlHost::ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
-                         std::function<std::string()> state)
+                         Sources sources)
     : version_(std::move(version)),
       cameras_(std::move(cameras)),
       scenes_(std::move(scenes)),
-      make_state_(std::move(state)) {
+      sources_(std::move(sources)) {
     asked_.open();
 }
 
 void ControlHost::tick() {
     state_.reset();
+    configuration_.reset();
     asked_.serve();
+}
+
+void ControlHost::ask(const std::function<void()>& work) {
+    if (!asked_.run(work)) throw service::Failure(service::FailureCode::not_now, "the daemon is stopping");
 }
 
 std::shared_ptr<const json> ControlHost::state() {
     std::shared_ptr<const json> state;
     // However many ask in one tick, it is made once.
-    const bool answered = asked_.run([this, &state] {
+    ask([this, &state] {
         if (!state_) {
-            auto made = std::make_shared<json>(json::parse(make_state_()));
+            auto made = std::make_shared<json>(json::parse(sources_.state()));
             (*made)["scenes"] = {{"shown", scene_requests_.shown()}, {"refused", scene_requests_.refused()}};
             state_ = std::move(made);
         }
         state = state_;
     });
-    if (!answered) throw service::Failure(service::FailureCode::not_now, "the daemon is stopping");
     return state;
+}
+
+std::shared_ptr<const json> ControlHost::configuration() {
+    std::shared_ptr<const json> configuration;
+    ask([this, &configuration] {
+        if (!configuration_) configuration_ = std::make_shared<json>(sources_.configuration());
+        configuration = configuration_;
+    });
+    return configuration;
+}
+
+std::filesystem::path ControlHost::shown_scene() {
+    std::filesystem::path file;
+    ask([this, &file] { file = sources_.scene(); });
+    return file;
 }
 
 std::unique_ptr<service::Session> ControlHost::open() {

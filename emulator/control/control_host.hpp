@@ -20,10 +20,16 @@ namespace obscura::emulator {
 /// main thread may look at is asked of it by tick().
 class ControlHost final : public service::Host {
 public:
-    /// `state`: Monitor::state(), called by tick().
-    /// `scenes`: see scene_call().
+    /// What tick() asks of the daemon.
+    struct Sources {
+        std::function<std::string()> state;            ///< Monitor::state()
+        std::function<std::filesystem::path()> scene;  ///< file of the scene that is shown
+        std::function<nlohmann::json()> configuration; ///< describe_configuration() of that in use
+    };
+
+    /// `scenes`: see scene_calls().
     ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
-                std::function<std::string()> state);
+                Sources sources);
 
     /// Answers what calls have asked of the main thread, which calls this several times a second.
     void tick();
@@ -36,18 +42,26 @@ public:
 
     /// The state of the daemon, not older than the call. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::shared_ptr<const nlohmann::json> state();
+    /// The answer to "configuration". Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] std::shared_ptr<const nlohmann::json> configuration();
+    /// File of the scene that is shown. Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] std::filesystem::path shown_scene();
 
     [[nodiscard]] std::string version() const override { return version_; }
     [[nodiscard]] std::unique_ptr<service::Session> open() override;
 
 private:
+    /// Runs `work` on the main thread. Throws Failure when that ends.
+    void ask(const std::function<void()>& work);
+
     const std::string version_;
     const CameraCalls::Cameras cameras_;
     const std::filesystem::path scenes_;
     SceneRequests scene_requests_;
-    const std::function<std::string()> make_state_;
-    WorkQueue asked_;                             ///< of the main thread
-    std::shared_ptr<const nlohmann::json> state_; ///< main thread: of this tick; null: not yet made
+    const Sources sources_;
+    WorkQueue asked_; ///< of the main thread
+    /// Main thread: of this tick; null: not yet made.
+    std::shared_ptr<const nlohmann::json> state_, configuration_;
 };
 
 } // namespace obscura::emulator

@@ -11,10 +11,13 @@
 #include <functional>
 
 namespace obscura::transports {
+class FaultRules;
 class WatchTransport;
-}
+} // namespace obscura::transports
 
 namespace obscura::emulator {
+
+class RecentTiming;
 
 /// All members outlive the calls.
 struct ControlledCamera {
@@ -25,6 +28,8 @@ struct ControlledCamera {
     /// Connects to the simulator port; empty: there is none.
     std::function<FileDescriptor()> connect_to_simulator;
     transports::WatchTransport* watch = nullptr; ///< null: no frames are to be had
+    transports::FaultRules* faults = nullptr;    ///< null: no transport injects faults
+    const RecentTiming* timing = nullptr;        ///< null: no time stamps are to be had
     /// A trigger of a client is in progress. Counters tell the outcome of one at a time.
     std::atomic<bool> triggering{false};
 };

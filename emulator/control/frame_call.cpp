@@ -28,9 +28,7 @@ struct Arguments {
 
     Fields fields() {
         return {
-            {config::key("camera", &camera)
-                 .range(0, 1000)
-                 .help("Number of the camera, in the order of the configuration"),
+            {camera_key(&camera),
              config::key("after", &after)
                  .range(0, 9e15)
                  .help("Only a frame whose `number` is larger: that of the frame that the client has seen "

@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/scene_call.hpp"
 
+#include "config/document.hpp"
 #include "config/shipped_files.hpp"
+#include "core/error.hpp"
 #include "core/path_below.hpp"
+#include "renderer/scene/scene.hpp"
+#include "renderer/scene_files/scene_section.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <set>
 #include <string>
 #include <system_error>
+#include <utility>
 
 namespace obscura::emulator {
 namespace {
@@ -46,9 +55,69 @@ std::filesystem::path file_of(const std::string& name, const std::filesystem::pa
     return file;
 }
 
+/// Names of the members that a scene file may have.
+std::set<std::string, std::less<>> members_of_scenes() {
+    scene::Scene unused;
+    const config::Section section = scene::scene_section(unused);
+    std::set<std::string, std::less<>> names(section.elsewhere.begin(), section.elsewhere.end());
+    for (const config::Key& key : section.keys)
+        names.emplace(key.name);
+    for (const config::Section& table : section.tables)
+        names.emplace(table.name);
+    for (const config::List& list : section.lists)
+        names.emplace(list.name);
+    return names;
+}
+
+/// Whether the file may be a scene, by the tables that it has.
+bool may_be_scene(const std::filesystem::path& file) {
+    static const std::set<std::string, std::less<>> members = members_of_scenes();
+    constexpr std::uintmax_t most_bytes = 1 << 20;
+    std::error_code error;
+    if (file.extension() != config::shipped_scenes.ending || !std::filesystem::is_regular_file(file, error) ||
+        std::filesystem::file_size(file, error) > most_bytes || error)
+        return false;
+    try {
+        const config::Value table = config::parse_file(file);
+        return !table.members.empty() &&
+               std::all_of(table.members.begin(), table.members.end(),
+                           [](const config::Member& member) { return members.contains(member.key); });
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+/// The name by which scene.show takes the file that is shown; else its path.
+std::string name_of_scene(const std::filesystem::path& file, const std::filesystem::path& folder) {
+    for (const std::filesystem::path& shipped : config::shipped_files(config::shipped_scenes))
+        if (shipped == file) return file.stem().string();
+    return is_below(file, folder) ? file.lexically_relative(folder).string() : file.string();
+}
+
 } // namespace
 
-service::Call scene_call(SceneRequests& requests, const std::filesystem::path& folder) {
+std::vector<std::string> scene_names(const std::filesystem::path& folder) {
+    constexpr int deepest = 3;
+    constexpr std::size_t most_looked_at = 10'000, most = 1000;
+    using Walk = std::filesystem::recursive_directory_iterator;
+    std::vector<std::string> own;
+    std::error_code error;
+    Walk walk(folder, std::filesystem::directory_options::skip_permission_denied, error);
+    for (std::size_t i = 0; !error && walk != Walk() && i < most_looked_at; walk.increment(error), ++i) {
+        if (walk.depth() >= deepest) walk.disable_recursion_pending();
+        if (may_be_scene(walk->path())) own.push_back(walk->path().lexically_relative(folder).string());
+    }
+    std::sort(own.begin(), own.end());
+    std::vector<std::string> names;
+    for (const std::filesystem::path& shipped : config::shipped_files(config::shipped_scenes))
+        names.push_back(shipped.stem().string());
+    names.insert(names.end(), own.begin(), own.end());
+    names.resize(std::min(names.size(), most));
+    return names;
+}
+
+service::Calls scene_calls(SceneRequests& requests, const std::filesystem::path& folder,
+                           std::function<std::filesystem::path()> shown) {
     service::Call call = service::call<Arguments>(
         "scene.show", service::Permission::scene,
         "Shows another scene. It is built while frames of the present one continue, and shown from a frame "
@@ -60,7 +129,15 @@ service::Call scene_call(SceneRequests& requests, const std::filesystem::path& f
             return Answer{{{"shown", requests.shown()}}};
         });
     call.results = {{"shown", "integer", "", "Scenes that have been shown by this call since the start"}};
-    return call;
+    service::Call list = service::call<service::NoArguments>(
+        "scene.list", service::Permission::view, "Lists the scenes that scene.show takes.",
+        [folder, shown = std::move(shown)](const service::NoArguments&, Work& /*work*/) {
+            return Answer{{{"shown", name_of_scene(shown(), folder)}, {"scenes", scene_names(folder)}}};
+        });
+    list.results = {
+        {"shown", "string", "", "The scene that is shown; its path if scene.show does not take it"},
+        {"scenes", "array of strings", "", "Names of shipped scenes, then of files below control.scenes"}};
+    return {std::move(call), std::move(list)};
 }
 
 } // namespace obscura::emulator

@@ -19,6 +19,7 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from client_checks import PATIENCE_S, check, check_refused, end, obscura, obscura_client, source, wait_for  # noqa: E402
@@ -190,6 +191,10 @@ def settings_and_triggers(daemon):
               all(t["policy"] == "other" and t["nice"] == 5 for t in threads), threads)
         check("the events are those of the monitor", camera.events()[:5] == daemon.ask("events")[:5])
         check("later events only", camera.events(after=2)[0]["id"] == 3)
+        check("the state tells where calls are taken", monitor["daemon"]["control"] == daemon.path)
+        time_stamps(camera)
+        configuration_in_use(daemon, camera)
+        check_refused("a camera without GigE Vision has no faults", "not-now", "no transport", camera.faults)
         names = [call["name"] for call in camera.describe()["calls"]]
         check("the calls describe themselves", {"camera.set", "state", "pose"} <= set(names), names)
         if os.geteuid() == 0:
@@ -266,6 +271,45 @@ def streams(daemon):
                   other.frame().number >= newest + 4)
 
 
+def configuration_in_use(daemon, camera):
+    """Each key as `--print-config` prints it, and the file and line that it comes from."""
+    printed = subprocess.run([obscurad, "--config", daemon.folder / "obscurad.toml", "--print-config"], capture_output=True, text=True,
+                             check=True).stdout
+    wanted = {}
+
+    def flatten(table, path):
+        for name, value in table.items():
+            if isinstance(value, dict):
+                flatten(value, f"{path}{name}.")
+            else:
+                wanted[path + name] = value
+
+    flatten(tomllib.loads(printed), "")
+    told = camera.configuration()
+    check("the configuration is that which is printed", wanted == {e["key"]: tomllib.loads(f"x = {e['value']}")["x"] for e in told["entries"]})
+    of = {e["key"]: e for e in told["entries"]}
+    line = 1 + (daemon.folder / "obscurad.toml").read_text().splitlines().index("rate_hz = 20")
+    check("with the lines that it comes from", of["trigger.rate_hz"]["source"] == f"{daemon.folder}/obscurad.toml:{line}" and
+          of["trigger.rate_hz"]["unit"] == "Hz" and of["gige.port"]["source"] == "default", of["trigger.rate_hz"])
+
+
+def time_stamps(camera):
+    """Rows of the frames that were triggered before."""
+    wait_for(lambda: camera.timing()["rows"][-1][0] == 5)
+    stamps = camera.timing()
+    rows = [dict(zip(stamps["columns"], row)) for row in stamps["rows"]]
+    check("each frame has a row", stamps["columns"][0] == "frame_id" and [row["frame_id"] for row in rows[-5:]] == [1, 2, 3, 4, 5], stamps)
+    check("with its stamps in order", all(row["edge_ns"] <= row["seen_ns"] <= row["render_begin_ns"] <= row["render_end_ns"] <=
+                                          row["detector_end_ns"] and row["first_ns"] <= row["last_ns"] and row["rows"] == HEIGHT and
+                                          row["edge_ns"] <= row["file_first_byte_ns"] for row in rows), rows)
+    check("what was told is not told again", camera.timing(after=stamps["last"])["rows"] == [])
+    newest = camera.timing(after=stamps["last"] - 3, most=2)
+    check("only the newest rows, if there are more", newest["rows"] == stamps["rows"][-2:] and newest["last"] == stamps["last"], newest)
+    stages = camera.state()["cameras"][0]["stages_us"]
+    check("stages count the same frames", {stages[name]["count"] for name in ("trigger_seen", "render", "detector")} ==
+          {stages["first_byte"]["file"]["count"]} == {stamps["last"]}, stages)
+
+
 def another_scene():
     """Frames of one scene, then of another, without a frame between them that is late by the building of it."""
     with Daemon("[gige]\nenabled = false\n[deadline]\npolicy = \"late\"\n") as daemon, daemon.camera() as camera, daemon.camera() as other:
@@ -275,6 +319,9 @@ def another_scene():
         (daemon.folder / "sub" / "dark.toml").write_text(text.replace("albedo = 0.1", "albedo = 0"))
         (daemon.folder / "wrong.toml").write_text(text.replace("albedo = 0.1", "albedo = 7"))
         (daemon.folder / "bands.toml").write_text("[[band]]\nfrom_nm = 500\nto_nm = 600\n" + text)
+        listed = camera.call("scene.list")
+        check("scenes are listed, files of other kinds are not", listed["shown"] == "scene.toml" and "demo" in listed["scenes"] and
+              listed["scenes"][-4:] == ["bands.toml", "scene.toml", "sub/dark.toml", "wrong.toml"], listed)
         before = camera.frame()
         check("the first scene has light", before.pixels.max() > 200, before.pixels.max())
         for what, file, code, message in (
@@ -288,6 +335,7 @@ def another_scene():
         check("and the old one goes on", abs(int(after.pixels.max()) - int(before.pixels.max())) < 100, after.pixels.max())
         camera.show_scene("sub/dark.toml")
         shown = camera.frame(camera.frame().number + 2)  # that of the next frame may be rendered already
+        check("and it is listed as the one that is shown", other.call("scene.list")["shown"] == "sub/dark.toml")
         check("another scene is shown", shown.pixels.max() < 200, shown.pixels.max())
         counted = other.state()["scenes"]
         check("scenes are counted", counted == {"shown": 1, "refused": 2}, counted)
@@ -389,6 +437,46 @@ listen = "127.0.0.1:{port}"
     check("poses and steps are those of the simulator port, to the byte", fly(by_calls) == fly(by_port))
 
 
+# Registers of docs/reference/features.md: AcquisitionStart and -Stop, FaultPercent by FaultSelector.
+ACQUISITION_START, ACQUISITION_STOP = 0xA104, 0xA108
+LOSE, SKIP_FRAME = 0xA500, 0xA500 + 4 * 8
+
+
+def faults_beside(client, camera):
+    """One list of rules for calls and features; strikes are counted exactly."""
+    check("no faults at first", camera.faults() == [])
+    check("a rule of calls is a feature", camera.set_faults({"kind": "lose", "percent": 12.5})[0]["origin"] == "call" and
+          client.read(LOSE) == 12500)
+    check("and a feature is a rule", client.write(SKIP_FRAME, 50000) == 0 and
+          [(r["kind"], r["percent"], r["origin"]) for r in camera.faults()] == [("lose", 12.5, "call"), ("skip_frame", 50, "feature")])
+    for what, rules, message in (
+            ("an unknown kind", [{"kind": "lost"}], 'rules[0].kind: "lost"'),
+            ("a share out of range", [{"kind": "lose"}, {"kind": "lose", "percent": 101}], "rules[1].percent: 101 is out of range, allowed 0 to 100 %"),
+            ("a window that ends before it begins", [{"kind": "lose", "first": 9, "last": 3}], "rules[0].last: 3 is before the first, 9"),
+            ("an unknown key", [{"kind": "lose", "percents": 1}], 'rules[0].percents: unknown key, did you mean "percent"?'),
+            ("a rule without a kind", [{"percent": 1}], "kind"),
+            ("65 rules", [{"kind": "lose"}] * 65, "at most 64")):
+        check_refused(f"{what} is refused", "bad-argument", message, lambda r=rules: camera.set_faults(*r))
+    check_refused("what is no rule is refused", "bad-argument", "rules[0]", lambda: camera.call("faults.set", rules=[3]))
+    check("and nothing changes", len(camera.faults()) == 2)
+    camera.set_faults({"kind": "skip_frame", "first": 2, "last": 6}, {"kind": "repeat_frame", "first": 8, "last": 10})
+    # A repeated frame has a number of its own: 9 is frame 8 once more.
+    check("features cannot say a window", client.read(SKIP_FRAME) == 0 and client.read(LOSE) == 0)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sink:
+        sink.bind(("127.0.0.1", 0))
+        for address, value in (0xD18, 0x7F000001), (0xD00, sink.getsockname()[1]), (ACQUISITION_START, 1):
+            check("the stream is opened", client.write(address, value) == 0)
+        sent = lambda: camera.state()["cameras"][0]["transports"]["gige"]
+        wait_for(lambda: sent()["delivered"] >= 12)
+        check("each rule has struck as often as it says", [r["struck"] for r in camera.faults()] == [5, 2], camera.faults())
+        check("and withheld as many frames", sent()["injected_losses"] == 5, sent())
+        kept = camera.set_faults({"kind": "drop_leader"}, *camera.faults()[:1])
+        check("a rule that stays keeps its strikes", [r["struck"] for r in kept] == [0, 5], kept)
+        wait_for(lambda: camera.faults()[0]["struck"] > 2)
+        check("without rules nothing is struck any more", camera.set_faults() == [])
+        check("the acquisition ends", client.write(ACQUISITION_STOP, 1) == 0)
+
+
 def beside_gige():
     port = free_port(socket.SOCK_DGRAM)
     with Daemon(f"""[gige]
@@ -402,6 +490,12 @@ port = {port}
         for what, call in (("write", lambda: camera.set(Gain=6)), ("start", camera.start), ("stop", camera.stop), ("trigger", camera.trigger)):
             check_refused(f"then no {what} of others", "controlled", f"controlled by {client.address()}", call)
         check("but they may look", camera.get("Gain") == 3 and camera.state()["cameras"][0]["controller"] == client.address())
+        faults_beside(client, camera)
+        check("who may do everything may force a write", camera.set(force=True, Gain=6) == {"Gain": 6} and camera.get("Gain") == 6)
+        said = [e["text"] for e in camera.events() if " set although " in e["text"]]
+        check("and the log tells it, with the controller's address", len(said) == 1 and "Gain" in said[0] and client.address() in said[0], said)
+        with daemon.camera(daemon.tcp) as stranger:
+            check_refused("others may not", "forbidden", "admin", lambda: stranger.set(force=True, Gain=9))
         check("it leaves", client.write(CONTROL_PRIVILEGE, NO_CONTROL) == 0)
         check("and the camera is open again", camera.set(TriggerSource="Software")["TriggerSource"] == "Software")
         check("to triggers, too", camera.start() and camera.trigger()["frame"] == 1)

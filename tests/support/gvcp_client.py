@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""GigE Vision client of tests: writes registers of a camera on the loopback interface, and so takes control of it."""
+"""GigE Vision client of tests: reads and writes registers of a camera on the loopback interface, and so takes control of it."""
 import socket
 import struct
 
@@ -21,6 +21,12 @@ class GvcpClient:
         self.number += 1
         self.socket.send(struct.pack(">BBHHHII", 0x42, 1, 0x82, 8, self.number, address, value))
         return struct.unpack(">H", self.socket.recv(64)[:2])[0]
+
+    def read(self, address):
+        """The word of a register."""
+        self.number += 1
+        self.socket.send(struct.pack(">BBHHHI", 0x42, 1, 0x80, 4, self.number, address))
+        return struct.unpack(">I", self.socket.recv(64)[8:12])[0]
 
     def address(self):
         """HOST:PORT as the camera names it."""

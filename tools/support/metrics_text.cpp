@@ -138,6 +138,10 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 3> latencies
     {{"trigger_to_first_row", "From the trigger edge to the release of the first row."},
      {"trigger_to_last_row", "From the trigger edge to the release of the last row."},
      {"release_lateness", "From the time of a row that was ready to its release."}}};
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> stages{
+    {{"trigger_seen", "From the trigger edge until the camera has seen it."},
+     {"render", "Of the renderer, from the first to the last row of a frame."},
+     {"detector", "From the last rendered row until the detector has made the last one."}}};
 constexpr std::array clock_states{"free", "locked", "holdover", "lockstep"};
 
 struct ThreadFigures {
@@ -156,21 +160,34 @@ std::map<std::string, ThreadFigures> by_name(const Json& threads) {
     return all;
 }
 
+/// A histogram as `obscurad --stats` writes it, in seconds.
+void add_histogram(Exposition& out, const std::string& family, const Labels& labels, const Json& figures) {
+    if (!figures.contains("up_to") || figures["up_to"].size() != latency_bounds_us.size()) return;
+    for (std::size_t k = 0; k < latency_bounds_us.size(); ++k)
+        out.add(family, "_bucket", with(labels, "le", fmt::format("{:g}", latency_bounds_us[k] * 1e-6)),
+                figures["up_to"][k]);
+    out.add(family, "_bucket", with(labels, "le", "+Inf"), figures["count"]);
+    if (figures["sum"].is_number()) out.add(family, "_sum", labels, figures["sum"].get<double>() * 1e-6);
+    out.add(family, "_count", labels, figures["count"]);
+}
+
 void add_latencies(Exposition& out, const Labels& labels, const Json& camera) {
-    for (const auto& [name, help] : latencies) {
-        const std::string family = fmt::format("{}_seconds", name);
-        out.declare(family, "histogram", help);
-        const Pointer at(fmt::format("/latency_us/{}", name));
-        if (!camera.contains(at)) continue;
-        const Json& figures = camera[at];
-        if (!figures.contains("up_to") || figures["up_to"].size() != latency_bounds_us.size()) continue;
-        for (std::size_t k = 0; k < latency_bounds_us.size(); ++k)
-            out.add(family, "_bucket", with(labels, "le", fmt::format("{:g}", latency_bounds_us[k] * 1e-6)),
-                    figures["up_to"][k]);
-        out.add(family, "_bucket", with(labels, "le", "+Inf"), figures["count"]);
-        if (figures["sum"].is_number()) out.add(family, "_sum", labels, figures["sum"].get<double>() * 1e-6);
-        out.add(family, "_count", labels, figures["count"]);
-    }
+    const auto add = [&](const char* group, const auto& rows) {
+        for (const auto& [name, help] : rows) {
+            const std::string family = fmt::format("{}_seconds", name);
+            out.declare(family, "histogram", help);
+            if (const Pointer at(fmt::format("/{}/{}", group, name)); camera.contains(at))
+                add_histogram(out, family, labels, camera[at]);
+        }
+    };
+    add("latency_us", latencies);
+    add("stages_us", stages);
+    const Pointer transports("/stages_us/first_byte");
+    if (!camera.contains(transports) || camera[transports].empty()) return;
+    const std::string family = "trigger_to_first_byte_seconds";
+    out.declare(family, "histogram", "From the trigger edge until a transport has sent the first byte.");
+    for (const auto& [kind, figures] : camera[transports].items())
+        add_histogram(out, family, with(labels, "transport", kind), figures);
 }
 
 void add_transports(Exposition& out, const Labels& labels, const Json& camera) {

@@ -605,17 +605,21 @@ struct CameraGet {
 };
 
 /// Changes settings of a camera from the next frame on: all of them, or none if one is wrong. While a GigE
-/// Vision client controls the camera it answers "controlled" with the client's address.
+/// Vision client controls the camera it answers "controlled" with the client's address, unless it is forced,
+/// which is logged.
 struct CameraSet {
     static constexpr const char* name = "camera.set";
     /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
     std::optional<std::int64_t> camera{};
+    /// Also while a client of GigE Vision controls the camera; needs the permission "admin" (default false)
+    std::optional<bool> force{};
     /// Names of features and their new values
     Map values{};
 
     [[nodiscard]] Map fields() const {
         Map map;
         detail::put(map, "camera", camera);
+        detail::put(map, "force", force);
         detail::put(map, "values", values);
         return map;
     }
@@ -868,6 +872,121 @@ struct Frame {
     }
 };
 
+/// Time stamps of the newest frames, half a second after they have ended: the numbers of the file of
+/// `obscurad --timing`. A client that asks again with `last` gets each frame once.
+struct Timing {
+    static constexpr const char* name = "timing";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+    /// Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
+    std::optional<std::int64_t> after{};
+    /// Largest number of rows, the newest ones (1 to 256; default 64)
+    std::optional<std::int64_t> most{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        detail::put(map, "after", after);
+        detail::put(map, "most", most);
+        return map;
+    }
+
+    struct Result {
+        /// Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of
+        /// the machine's monotonic clock
+        std::vector<std::string> columns{};
+        /// Frames, oldest first; nil for an instant that a frame does not have (array of arrays)
+        Value rows{};
+        /// Number of the newest frame, counted since the daemon's start: frame ids begin anew at each
+        /// acquisition
+        std::optional<std::int64_t> last{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {detail::strings(head["columns"]),
+                Value(head["rows"]),
+                detail::optional<std::int64_t>(head["last"])};
+    }
+};
+
+/// Lists every key of the configuration in use, as `obscurad --print-config` prints them.
+struct Configuration {
+    static constexpr const char* name = "configuration";
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        return map;
+    }
+
+    struct Result {
+        /// key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for no
+        /// default; unit; source: FILE:LINE, default, or scene.show for the scene that it shows
+        Value entries{};
+        /// The configuration file
+        std::string file{};
+        /// Of the sorted lines KEY = VALUE: equal for configurations that do the same
+        std::string sha256{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {Value(head["entries"]),
+                head["file"].string(),
+                head["sha256"].string()};
+    }
+};
+
+/// Lists the injected faults of a camera that are in force, and what they have struck.
+struct FaultsList {
+    static constexpr const char* name = "faults.list";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        return map;
+    }
+
+    struct Result {
+        /// Kinds of faults: name, help
+        Value kinds{};
+        /// Keys of a rule: name, type, unit, allowed, default, help, required
+        Value parameters{};
+        /// Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck:
+        /// packets, frames or commands
+        Value rules{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {Value(head["kinds"]),
+                Value(head["parameters"]),
+                Value(head["rules"])};
+    }
+};
+
+/// Replaces all injected faults of a camera from its next frame on, also while a client controls it. All of
+/// them or, if one is wrong, none; a rule that is in force already stays, with what it has struck.
+struct FaultsSet {
+    static constexpr const char* name = "faults.set";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+    /// Rules with the keys of [[gige.faults]]; `origin` and `struck` of faults.list are ignored; empty: no
+    /// faults
+    std::vector<Map> rules{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        detail::put(map, "rules", rules);
+        return map;
+    }
+
+    struct Result {
+        /// As those of faults.list
+        Value rules{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {Value(head["rules"])};
+    }
+};
+
 /// Shows another scene. It is built while frames of the present one continue, and shown from a frame on; if
 /// it cannot be, nothing changes and the answer says why. A reload of the configuration returns to the scene
 /// that stands there.
@@ -888,6 +1007,27 @@ struct SceneShow {
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {detail::optional<std::int64_t>(head["shown"])};
+    }
+};
+
+/// Lists the scenes that scene.show takes.
+struct SceneList {
+    static constexpr const char* name = "scene.list";
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        return map;
+    }
+
+    struct Result {
+        /// The scene that is shown; its path if scene.show does not take it
+        std::string shown{};
+        /// Names of shipped scenes, then of files below control.scenes
+        std::vector<std::string> scenes{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {head["shown"].string(),
+                detail::strings(head["scenes"])};
     }
 };
 

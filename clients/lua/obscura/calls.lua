@@ -26,6 +26,9 @@ calls.kinds = {
     "list"},
   ["step"] = {camera = "integer"},
   ["frame"] = {camera = "integer", after = "integer"},
+  ["timing"] = {camera = "integer", after = "integer", most = "integer"},
+  ["faults.list"] = {camera = "integer"},
+  ["faults.set"] = {camera = "integer", rules = "list"},
 }
 
 ---@class obscura.Hello
@@ -301,13 +304,15 @@ end
 
 ---@class obscura.CameraSet
 ---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field force? boolean Also while a client of GigE Vision controls the camera; needs the permission "admin" (default false)
 ---@field values table<string, any> Names of features and their new values
 
 ---@class obscura.CameraSetAnswer
 ---@field changed? table<string, any> All features that have changed, and their values now
 
 --- Changes settings of a camera from the next frame on: all of them, or none if one is wrong. While a GigE Vision
---- client controls the camera it answers "controlled" with the client's address.
+--- client controls the camera it answers "controlled" with the client's address, unless it is forced, which is
+--- logged.
 ---@param fields obscura.CameraSet
 ---@return obscura.CameraSetAnswer head
 function calls:camera_set(fields)
@@ -429,6 +434,65 @@ function calls:frame(fields)
   return self:request("frame", fields)
 end
 
+---@class obscura.Timing
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field after? integer Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
+---@field most? integer Largest number of rows, the newest ones (1 to 256; default 64)
+
+---@class obscura.TimingAnswer
+---@field columns? string[] Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of the machine's monotonic clock
+---@field rows? any[] Frames, oldest first; nil for an instant that a frame does not have (array of arrays)
+---@field last? integer Number of the newest frame, counted since the daemon's start: frame ids begin anew at each acquisition
+
+--- Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
+--- --timing`. A client that asks again with `last` gets each frame once.
+---@param fields? obscura.Timing
+---@return obscura.TimingAnswer head
+function calls:timing(fields)
+  return self:request("timing", fields)
+end
+
+---@class obscura.ConfigurationAnswer
+---@field entries? table<string, any>[] key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for no default; unit; source: FILE:LINE, default, or scene.show for the scene that it shows
+---@field file? string The configuration file
+---@field sha256? string Of the sorted lines KEY = VALUE: equal for configurations that do the same
+
+--- Lists every key of the configuration in use, as `obscurad --print-config` prints them.
+---@return obscura.ConfigurationAnswer head
+function calls:configuration()
+  return self:request("configuration", {})
+end
+
+---@class obscura.FaultsList
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+
+---@class obscura.FaultsListAnswer
+---@field kinds? table<string, any>[] Kinds of faults: name, help
+---@field parameters? table<string, any>[] Keys of a rule: name, type, unit, allowed, default, help, required
+---@field rules? table<string, any>[] Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck: packets, frames or commands
+
+--- Lists the injected faults of a camera that are in force, and what they have struck.
+---@param fields? obscura.FaultsList
+---@return obscura.FaultsListAnswer head
+function calls:faults_list(fields)
+  return self:request("faults.list", fields)
+end
+
+---@class obscura.FaultsSet
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field rules table<string, any>[] Rules with the keys of [[gige.faults]]; `origin` and `struck` of faults.list are ignored; empty: no faults
+
+---@class obscura.FaultsSetAnswer
+---@field rules? table<string, any>[] As those of faults.list
+
+--- Replaces all injected faults of a camera from its next frame on, also while a client controls it. All of them or,
+--- if one is wrong, none; a rule that is in force already stays, with what it has struck.
+---@param fields obscura.FaultsSet
+---@return obscura.FaultsSetAnswer head
+function calls:faults_set(fields)
+  return self:request("faults.set", fields)
+end
+
 ---@class obscura.SceneShow
 ---@field file string Name of a shipped scene, or of a scene file below control.scenes
 
@@ -441,6 +505,16 @@ end
 ---@return obscura.SceneShowAnswer head
 function calls:scene_show(fields)
   return self:request("scene.show", fields)
+end
+
+---@class obscura.SceneListAnswer
+---@field shown? string The scene that is shown; its path if scene.show does not take it
+---@field scenes? string[] Names of shipped scenes, then of files below control.scenes
+
+--- Lists the scenes that scene.show takes.
+---@return obscura.SceneListAnswer head
+function calls:scene_list()
+  return self:request("scene.list", {})
 end
 
 return calls

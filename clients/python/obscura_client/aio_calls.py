@@ -14,20 +14,25 @@ from .calls import (
     CameraTriggerAnswer,
     CancelAnswer,
     ChallengeAnswer,
+    ConfigurationAnswer,
     CreditAnswer,
     DescribeAnswer,
     EventsAnswer,
+    FaultsListAnswer,
+    FaultsSetAnswer,
     FrameAnswer,
     HelloAnswer,
     MemoryOpenAnswer,
     RenderAnswer,
     SceneExportAnswer,
     SceneGetAnswer,
+    SceneListAnswer,
     SceneLoadAnswer,
     SceneShowAnswer,
     StateAnswer,
     StatusAnswer,
     StepAnswer,
+    TimingAnswer,
 )
 
 
@@ -317,15 +322,18 @@ class AsyncCalls:
         self,
         *,
         camera: Optional[int] = None,
+        force: Optional[bool] = None,
         values: Mapping[str, Any],
     ) -> CameraSetAnswer:
         """Changes settings of a camera from the next frame on: all of them, or none if one is wrong. While a GigE
-        Vision client controls the camera it answers "controlled" with the client's address.
+        Vision client controls the camera it answers "controlled" with the client's address, unless it is forced,
+        which is logged.
 
         camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        force: Also while a client of GigE Vision controls the camera; needs the permission "admin" (default false)
         values: Names of features and their new values
         """
-        head, _ = await self._ask("camera.set", camera=camera, values=values)
+        head, _ = await self._ask("camera.set", camera=camera, force=force, values=values)
         return cast(CameraSetAnswer, head)
 
     async def camera_start(
@@ -435,6 +443,56 @@ class AsyncCalls:
         head, arrays = await self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec)
         return cast(FrameAnswer, head), arrays
 
+    async def timing(
+        self,
+        *,
+        camera: Optional[int] = None,
+        after: Optional[int] = None,
+        most: Optional[int] = None,
+    ) -> TimingAnswer:
+        """Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
+        --timing`. A client that asks again with `last` gets each frame once.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        after: Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
+        most: Largest number of rows, the newest ones (1 to 256; default 64)
+        """
+        head, _ = await self._ask("timing", camera=camera, after=after, most=most)
+        return cast(TimingAnswer, head)
+
+    async def configuration(self) -> ConfigurationAnswer:
+        """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""
+        head, _ = await self._ask("configuration")
+        return cast(ConfigurationAnswer, head)
+
+    async def faults_list(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> FaultsListAnswer:
+        """Lists the injected faults of a camera that are in force, and what they have struck.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = await self._ask("faults.list", camera=camera)
+        return cast(FaultsListAnswer, head)
+
+    async def faults_set(
+        self,
+        *,
+        camera: Optional[int] = None,
+        rules: Sequence[Mapping[str, Any]],
+    ) -> FaultsSetAnswer:
+        """Replaces all injected faults of a camera from its next frame on, also while a client controls it. All of
+        them or, if one is wrong, none; a rule that is in force already stays, with what it has struck.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        rules: Rules with the keys of [[gige.faults]]; `origin` and `struck` of faults.list are ignored; empty: no
+            faults
+        """
+        head, _ = await self._ask("faults.set", camera=camera, rules=rules)
+        return cast(FaultsSetAnswer, head)
+
     async def scene_show(
         self,
         *,
@@ -448,3 +506,8 @@ class AsyncCalls:
         """
         head, _ = await self._ask("scene.show", file=file)
         return cast(SceneShowAnswer, head)
+
+    async def scene_list(self) -> SceneListAnswer:
+        """Lists the scenes that scene.show takes."""
+        head, _ = await self._ask("scene.list")
+        return cast(SceneListAnswer, head)

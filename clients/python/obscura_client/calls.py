@@ -256,11 +256,63 @@ class FrameAnswer(TypedDict, total=False):
     camera_orientation: List[float]
 
 
+class TimingAnswer(TypedDict, total=False):
+    """Answer of timing."""
+
+    # Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of the machine's
+    # monotonic clock
+    columns: List[str]
+    # Frames, oldest first; nil for an instant that a frame does not have (array of arrays)
+    rows: List[Any]
+    # Number of the newest frame, counted since the daemon's start: frame ids begin anew at each acquisition
+    last: int
+
+
+class ConfigurationAnswer(TypedDict, total=False):
+    """Answer of configuration."""
+
+    # key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for no default; unit;
+    # source: FILE:LINE, default, or scene.show for the scene that it shows
+    entries: List[Dict[str, Any]]
+    # The configuration file
+    file: str
+    # Of the sorted lines KEY = VALUE: equal for configurations that do the same
+    sha256: str
+
+
+class FaultsListAnswer(TypedDict, total=False):
+    """Answer of faults.list."""
+
+    # Kinds of faults: name, help
+    kinds: List[Dict[str, Any]]
+    # Keys of a rule: name, type, unit, allowed, default, help, required
+    parameters: List[Dict[str, Any]]
+    # Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck: packets, frames or
+    # commands
+    rules: List[Dict[str, Any]]
+
+
+class FaultsSetAnswer(TypedDict, total=False):
+    """Answer of faults.set."""
+
+    # As those of faults.list
+    rules: List[Dict[str, Any]]
+
+
 class SceneShowAnswer(TypedDict, total=False):
     """Answer of scene.show."""
 
     # Scenes that have been shown by this call since the start
     shown: int
+
+
+class SceneListAnswer(TypedDict, total=False):
+    """Answer of scene.list."""
+
+    # The scene that is shown; its path if scene.show does not take it
+    shown: str
+    # Names of shipped scenes, then of files below control.scenes
+    scenes: List[str]
 
 
 class Calls:
@@ -548,15 +600,18 @@ class Calls:
         self,
         *,
         camera: Optional[int] = None,
+        force: Optional[bool] = None,
         values: Mapping[str, Any],
     ) -> CameraSetAnswer:
         """Changes settings of a camera from the next frame on: all of them, or none if one is wrong. While a GigE
-        Vision client controls the camera it answers "controlled" with the client's address.
+        Vision client controls the camera it answers "controlled" with the client's address, unless it is forced,
+        which is logged.
 
         camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        force: Also while a client of GigE Vision controls the camera; needs the permission "admin" (default false)
         values: Names of features and their new values
         """
-        head, _ = self._ask("camera.set", camera=camera, values=values)
+        head, _ = self._ask("camera.set", camera=camera, force=force, values=values)
         return cast(CameraSetAnswer, head)
 
     def camera_start(
@@ -666,6 +721,56 @@ class Calls:
         head, arrays = self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec)
         return cast(FrameAnswer, head), arrays
 
+    def timing(
+        self,
+        *,
+        camera: Optional[int] = None,
+        after: Optional[int] = None,
+        most: Optional[int] = None,
+    ) -> TimingAnswer:
+        """Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
+        --timing`. A client that asks again with `last` gets each frame once.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        after: Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
+        most: Largest number of rows, the newest ones (1 to 256; default 64)
+        """
+        head, _ = self._ask("timing", camera=camera, after=after, most=most)
+        return cast(TimingAnswer, head)
+
+    def configuration(self) -> ConfigurationAnswer:
+        """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""
+        head, _ = self._ask("configuration")
+        return cast(ConfigurationAnswer, head)
+
+    def faults_list(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> FaultsListAnswer:
+        """Lists the injected faults of a camera that are in force, and what they have struck.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = self._ask("faults.list", camera=camera)
+        return cast(FaultsListAnswer, head)
+
+    def faults_set(
+        self,
+        *,
+        camera: Optional[int] = None,
+        rules: Sequence[Mapping[str, Any]],
+    ) -> FaultsSetAnswer:
+        """Replaces all injected faults of a camera from its next frame on, also while a client controls it. All of
+        them or, if one is wrong, none; a rule that is in force already stays, with what it has struck.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        rules: Rules with the keys of [[gige.faults]]; `origin` and `struck` of faults.list are ignored; empty: no
+            faults
+        """
+        head, _ = self._ask("faults.set", camera=camera, rules=rules)
+        return cast(FaultsSetAnswer, head)
+
     def scene_show(
         self,
         *,
@@ -679,3 +784,8 @@ class Calls:
         """
         head, _ = self._ask("scene.show", file=file)
         return cast(SceneShowAnswer, head)
+
+    def scene_list(self) -> SceneListAnswer:
+        """Lists the scenes that scene.show takes."""
+        head, _ = self._ask("scene.list")
+        return cast(SceneListAnswer, head)

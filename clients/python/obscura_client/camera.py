@@ -85,9 +85,10 @@ class Camera(Session):
         values: Dict[str, Any] = self.call("camera.get", camera=self.camera, names=list(names) or None)["values"]
         return values[names[0]] if len(names) == 1 else values
 
-    def set(self, **values: Any) -> Dict[str, Any]:
-        """Changes settings from the next frame on, all of them or none. Returns everything that has changed."""
-        changed: Dict[str, Any] = self.call("camera.set", camera=self.camera, values=values)["changed"]
+    def set(self, force: bool = False, **values: Any) -> Dict[str, Any]:
+        """Changes settings from the next frame on, all of them or none. Returns everything that has changed. `force`: also while a
+        GigE Vision client controls the camera (permission admin)."""
+        changed: Dict[str, Any] = self.call("camera.set", camera=self.camera, values=values, force=force)["changed"]
         return changed
 
     # Frames
@@ -118,7 +119,28 @@ class Camera(Session):
         for head, arrays in self._connection.stream("stream", fields, ahead):
             yield Frame(head, arrays["pixels"])
 
+    def timing(self, after: int = 0, most: int = 64) -> Dict[str, Any]:
+        """Time stamps of the newest frames: `columns`, `rows` (oldest first), `last`, which is `after` of the next request."""
+        return self.call("timing", camera=self.camera, after=after, most=most)
+
+    # Faults
+
+    def faults(self) -> List[Dict[str, Any]]:
+        """The injected faults in force: the keys of [[gige.faults]], `origin`, and how often each has `struck`."""
+        rules: List[Dict[str, Any]] = self.call("faults.list", camera=self.camera)["rules"]
+        return rules
+
+    def set_faults(self, *rules: Mapping[str, Any]) -> List[Dict[str, Any]]:
+        """Replaces all injected faults, from the next frame on; without rules there are none. Returns what faults() does."""
+        now: List[Dict[str, Any]] = self.call("faults.set", camera=self.camera, rules=[dict(rule) for rule in rules])["rules"]
+        return now
+
     # Scene
+
+    def scenes(self) -> List[str]:
+        """Names that show_scene() takes."""
+        names: List[str] = self.call("scene.list")["scenes"]
+        return names
 
     def show_scene(self, file: str) -> None:
         """Shows another scene: a shipped one ("demo"), or a file below control.scenes. Returns once it is shown."""
@@ -141,6 +163,10 @@ class Camera(Session):
     def state(self) -> Dict[str, Any]:
         """What the daemon and all its cameras do: see docs/monitor.md."""
         return self.call("state")
+
+    def configuration(self) -> Dict[str, Any]:
+        """The configuration in use: `entries` with key, value (as TOML), unit, default, source; `file`; `sha256`."""
+        return self.call("configuration")
 
     def events(self, after: int = 0) -> List[Dict[str, Any]]:
         """The latest lines of the daemon's log with ids above `after`: id, utc, level, text."""

@@ -26,6 +26,8 @@ public:
 
     [[nodiscard]] const std::atomic<bool>& cancelled() const noexcept override { return stop; }
     void progress(std::uint64_t /*done*/, std::uint64_t /*total*/) override {}
+    [[nodiscard]] service::Permission permission() const noexcept override { return allowed; }
+    service::Permission allowed = service::Permission::scene;
 };
 
 /// A camera that waits for software triggers, and the calls of one client.
@@ -198,4 +200,13 @@ TEST_CASE("while another client controls the camera it can only be looked at") {
     CHECK(bench.camera.settings().gain_db == 0);
     CHECK(bench.ask("camera.get", {{"names", {"Gain"}}})["values"] == json{{"Gain", 0.0}});
     CHECK(bench.ask("camera.features")["features"][0]["value"] == 40);
+
+    const json forced{{"values", {{"Gain", 1}}}, {"force", true}};
+    const Failure forbidden = bench.refusal("camera.set", forced);
+    CHECK(forbidden.code == FailureCode::forbidden);
+    CHECK(forbidden.field == "force");
+    CHECK(bench.camera.settings().gain_db == 0);
+    bench.work.allowed = service::Permission::admin;
+    CHECK(bench.refusal("camera.set", {{"values", {{"Gain", 1}}}}).code == FailureCode::controlled);
+    CHECK(bench.ask("camera.set", forced)["changed"] == json{{"Gain", 1.0}});
 }

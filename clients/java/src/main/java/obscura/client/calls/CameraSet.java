@@ -7,7 +7,7 @@ import obscura.client.Call;
 
 /**
  * Changes settings of a camera from the next frame on: all of them, or none if one is wrong. While a GigE Vision
- * client controls the camera it answers "controlled" with the client's address.
+ * client controls the camera it answers "controlled" with the client's address, unless it is forced, which is logged.
  */
 public final class CameraSet extends Call<CameraSet.Result> {
     /** A request without fields. */
@@ -18,6 +18,12 @@ public final class CameraSet extends Call<CameraSet.Result> {
     /** Number of the camera, in the order of the configuration (0 to 1000; default 0). */
     public CameraSet camera(long value) {
         fields.put("camera", value);
+        return this;
+    }
+
+    /** Also while a client of GigE Vision controls the camera; needs the permission "admin" (default false). */
+    public CameraSet force(boolean value) {
+        fields.put("force", value);
         return this;
     }
 
