@@ -24,7 +24,7 @@ const ORIGINS = {configuration: "the configuration", call: "an operator", featur
 
 const told = ({struck, origin, ...rule}) => rule;
 /** A rule without what is as by default. */
-const text = (rule, parameters) => parameters.filter((p) => rule[p.name] !== undefined && rule[p.name] !== p.default)
+const text = (rule, parameters) => parameters.filter((p) => rule[p.name] !== undefined && rule[p.name] !== p.default && rule[p.name] !== Number(p.default))
   .map((p) => `${words(p.name)} ${figure(rule[p.name])}${p.unit ? ` ${p.unit}` : ""}`).join(", ") || "always";
 
 export function useFaults(camera) {
@@ -58,7 +58,7 @@ export function Faults({camera, may, faults}) {
         <form onSubmit=${(e) => { e.preventDefault(); arm(draft); }}><div class="form">
           <label>fault <select value=${draft.kind} onChange=${(e) => setDraft({kind: e.target.value})}>${kinds.map((k) => html`<option key=${k.name} value=${k.name}>${words(k.name)}</option>`)}</select></label>
           ${parameters.map((p) => html`<label key=${p.name} title=${p.help}>${words(p.name)}${p.unit ? `, ${p.unit}` : ""}
-            <input type="number" step="any" value=${draft[p.name] ?? p.default ?? ""} onInput=${(e) => setDraft({...draft, [p.name]: e.target.value === "" ? undefined : Number(e.target.value)})} /></label>`)}</div>
+            <input type="number" step="any" value=${draft[p.name] ?? Number(p.default ?? 0)} onInput=${(e) => setDraft({...draft, [p.name]: e.target.value === "" ? undefined : Number(e.target.value)})} /></label>`)}</div>
           <p class="small">${kinds.find((k) => k.name === draft.kind)?.help ?? ""}</p>
           <div class="buttons"><button type="submit" disabled=${command.busy || !kinds.length}>arm</button></div></form></section>`
       : html`<section class="panel"><p class="note">Your role only looks: an operator's link can arm and disarm.</p></section>`}

@@ -82,7 +82,7 @@ export function Timing({camera, bounds}) {
         <h3>Clock</h3><${Facts} label="Clock" rows=${[["state", camera.state.clock.state], ["source", camera.state.clock.source], ["trigger ready", camera.state.trigger_ready ? "yes" : "no"]]} /></div>
     </div><div class="columns histograms">
       ${Object.entries(COUNTED).filter(([name]) => latency[name]?.up_to).map(([name, title]) => html`<${Histogram} key=${name} title=${title} figures=${latency[name]} bounds=${bounds} />`)}
-      ${stages.filter(([, f]) => f?.up_to).map(([name, f]) => html`<${Histogram} key=${name} title=${words(name)} figures=${f} bounds=${bounds} />`)}
+      ${stages.filter(([, f]) => f?.up_to).map(([name, f]) => html`<${Histogram} key=${name} title=${name[0].toUpperCase() + words(name).slice(1)} figures=${f} bounds=${bounds} />`)}
     </div></section>
     ${timing ? html`<${Frames} timing=${timing} bounds=${bounds} camera=${camera} />` : html`<section class="panel"><h2>Latest frames</h2><${Note} error=${error}>Waiting for the daemon ...<//></section>`}
   </div>`;
