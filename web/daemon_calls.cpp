@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t most_kept = 4;
 constexpr std::chrono::milliseconds answer_ms = 5s; ///< for calls that answer at once
 constexpr std::chrono::milliseconds slice_ms = 5ms, silence_ms = 2s;
-constexpr std::uint64_t most_array_bytes = 1ULL << 28;
+constexpr std::uint64_t most_array_bytes = 1ULL << 26; ///< a frame of 33 million pixels
 
 /// What a refusal of a daemon is in HTTP.
 Refusal refusal_of(const tools::CallRefused& error) {
