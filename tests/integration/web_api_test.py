@@ -20,6 +20,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import web_server  # noqa: E402
+from gvcp_client import CONTROL, CONTROL_PRIVILEGE, NO_CONTROL, GvcpClient  # noqa: E402
 from read_image import read_fits, read_png  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
@@ -52,6 +53,12 @@ def wait_for(condition):
     while not condition() and time.monotonic() < end:
         time.sleep(0.1)
     return condition()
+
+
+def free_udp_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
 
 
 class Document:
@@ -111,6 +118,9 @@ class Document:
 with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     folder = pathlib.Path(temporary)
     camera = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\n')
+    gvcp = free_udp_port()
+    camera.config.write_text(camera.config.read_text().replace(
+        "[gige]\nenabled = false", f'[daemon]\nautostart = true\n[gige]\nenabled = true\ninterface = "127.0.0.1"\nport = {gvcp}'))
     tokens = {role: subprocess.run([web, "--tokens", folder / "tokens", "--new-token", role, "--name", f"{role}-1"], capture_output=True, text=True,
                                    check=True).stdout.strip().partition("token=")[2] for role in HOLDERS}
     server = web_server.Web(web, "--socket", camera.socket, "--tokens", folder / "tokens")
@@ -228,18 +238,45 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     check("a body of many members is refused", ask("features.set", {f"x{i}": 1 for i in range(3000)}).status == 422)
     check("a camera that is not there", json.loads(ask("features", camera_id="1-1").text)["detail"].endswith(ID) and ask("features", camera_id="%2e%2e").status == 404)
 
-    # What newer daemons answer.
-    for name in "timing", "faults", "truth", "scenes", "configuration":
-        answer = ask(name, role="viewer")
-        check(f"{name} is answered, or not known to the daemon", answer.status == 200 or answer.status in (409, 503) and
-              json.loads(answer.text)["type"] in ("urn:obscura:no-call", "urn:obscura:not-now"), answer.text)
+    # Faults.
+    armed = ask("faults")
+    kind = json.loads(armed.text)["kinds"][0]["name"]
+    rule = {"kind": kind, "percent": 1.5}
+    told = json.loads(ask("faults.set", {"rules": [rule]}, If_Match=armed.headers["ETag"]).text)
+    check("a fault is armed", [{key: r[key] for key in rule} for r in told["rules"]] == [rule], told)
+    check("the list with what has struck can be sent back", len(json.loads(ask("faults.set", {"rules": told["rules"]}).text)["rules"]) == 1)
+    check("a list that has changed since is not overwritten", ask("faults.set", {"rules": []}, If_Match=armed.headers["ETag"]).status == 412)
+    refused = ask("faults.set", {"rules": [rule, {**rule, "percent": 300}]})
+    check("a rule that is wrong is named", refused.status == 422 and json.loads(refused.text)["errors"][0]["field"] == "rules[1].percent", refused.text)
+    check("and an empty list disarms", json.loads(ask("faults.set", {"rules": []}).text)["rules"] == [])
+
+    # Another client controls the camera.
+    client = GvcpClient(gvcp, PATIENCE_S)
+    check("a GigE Vision client takes control", client.write(CONTROL_PRIVILEGE, CONTROL) == 0)
+    kept = ask("features.set", {"Gain": 7})
+    check("changes are then refused with its address", kept.status == 409 and client.address() in json.loads(kept.text)["detail"] and
+          ask("acquisition", {"running": True}).status == 409, kept.text)
+    # The daemon gives its own user, which runs this, the permission.
+    check("but not those by force", json.loads(ask("features.set", {"Gain": 7}, role="admin", query="?force=true").text) == {"changed": {"Gain": 7.0}})
+    client.write(CONTROL_PRIVILEGE, NO_CONTROL)
+
+    # What only tells.
+    rows = json.loads(ask("timing", query="?most=5").text)
+    check("instants of the latest frames", rows["columns"][0] == "frame_id" and 0 < len(rows["rows"]) <= 5 and
+          {len(row) for row in rows["rows"]} == {len(rows["columns"])}, rows)
+    entries = {entry["key"]: entry for entry in json.loads(ask("configuration").text)["entries"]}
+    check("every key says where its value comes from", entries["trigger.rate_hz"]["source"].startswith(str(camera.config)) and
+          entries["trigger.rate_hz"]["value"] == "10.0" and entries["daemon.run"]["source"] == "default", entries.get("trigger.rate_hz"))
+    check("scenes that can be shown", "demo" in json.loads(ask("scenes").text)["scenes"])
+    truth = ask("truth")
+    check("truth is told, or not known to the daemon", truth.status == 200 or json.loads(truth.text)["type"] in ("urn:obscura:no-call", "urn:obscura:not-now"))
 
     # The record of changes.
     changes = json.loads(ask("audit", role="viewer").text)["changes"]
     check("each change is recorded: who, what, from what to what", [(c["who"], c["what"], c["before"], c["after"]) for c in changes[:3]] == [
         ("operator operator-1", "features.set", {"Gain": 0.0, "ExposureTime": value["ExposureTime"]}, {"Gain": 3.0, "ExposureTime": 50.0}),
         ("operator operator-1", "features.set", {"Gain": 3.0}, {"Gain": 5.0}), ("operator operator-1", "acquisition", True, False)], changes[:3])
-    check("and nothing else is", {c["what"] for c in changes} == {"features.set", "acquisition", "trigger"} and
+    check("and nothing else is", {c["what"] for c in changes} == {"features.set", "acquisition", "trigger", "faults.set"} and
           [c["id"] for c in changes] == list(range(1, len(changes) + 1)) and all(c["camera"] == ID and c["peer"] == "127.0.0.1" for c in changes))
     check("older ones can be left out", [c["id"] for c in json.loads(ask("audit", query=f"?after={len(changes) - 1}").text)["changes"]] == [len(changes)])
 
@@ -262,7 +299,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     daemon.wait(PATIENCE_S)
     check("without a daemon there is no camera", wait_for(lambda: server.ask(f"/api/v1/cameras/{ID}/features", token=tokens["viewer"]).status == 503))
     check("every operation was answered as documented", document.seen == ROLES.keys(), ROLES.keys() - document.seen)
-    check("it ends well, and its log has the changes", server.end() == 0 and server.log.count("web: operator operator-1 at 127.0.0.1: ") == len(changes), server.log[-500:])
+    check("it ends well, and its log has the changes", server.end() == 0 and re.findall(r"web: (.*?) at 127.0.0.1: ", server.log) == [c["who"] for c in changes] and
+          server.log.count(" by force of camera ") == sum(c["forced"] for c in changes) == 1, server.log[-500:])
 
     # Without [control].
     camera.config.write_text(camera.config.read_text().split("[control]")[0])

@@ -62,7 +62,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
         return state["daemons"] and state["daemons"][0]["cameras"][0]["camera"]["complete"] or 0
 
     check("it finds the daemon and its frames", wait_for(lambda: complete() > 3), state)
-    told = json.loads(subprocess.run([obscura, "status", "--json", "--socket", path], capture_output=True, text=True, check=True).stdout)
+    # Its status is 1 where a busy machine made a frame late.
+    told = json.loads(subprocess.run([obscura, "status", "--json", "--socket", path], capture_output=True, text=True).stdout)
     check("the state is that of the daemon", state["daemons"][0].keys() == told.keys() and
           state["daemons"][0]["daemon"]["pid"] == daemon.pid, state)
     check("the metrics are those of obscura metrics", [line for line in one.ask("/metrics").text.splitlines() if line.startswith("#")] ==
