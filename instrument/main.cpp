@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/terminal_text.hpp"
 #include "emulator/service_notify.hpp"
+#include "instrument/lxi/server.hpp"
 #include "instrument/packets/descriptions.hpp"
 #include "instrument/packets/service.hpp"
 #include "instrument/scpi/reference.hpp"
@@ -32,7 +33,7 @@ using namespace obscura::instrument;
 struct Options {
     DaemonAddress daemon{"/run/obscura/calls", {}};
     std::string scpi = "127.0.0.1:5025", scpi_view, describe;
-    std::string telemetry, telecommands;
+    std::string telemetry, telecommands, lxi;
     std::uint32_t apid = 256;
     bool insecure = false, version = false;
 };
@@ -56,6 +57,8 @@ tools::CommandLine declare(Options& options) {
                 "Send telemetry packets there: housekeeping once a second, a report of each frame");
     line.option("--telecommands", &options.telecommands, "ADDRESS:PORT",
                 "Take telecommand packets here; port 0: any free one");
+    line.option("--lxi", &options.lxi, "ADDRESS:PORT",
+                "Serve the LXI identification over HTTP here, at /lxi/identification");
     line.number("--apid", &options.apid, "N", "First of the four APIDs of the packets", 1, 2036);
     line.flag("--insecure", options.insecure,
               "Allow addresses that are not of the loopback interface: whoever can reach them may do what "
@@ -81,18 +84,27 @@ void check_reach(const Options& options, const char* option, const std::string& 
         option, address));
 }
 
-void open(std::vector<ScpiPort>& ports, const Options& options, const char* option,
-          const std::string& address, bool may_change) {
-    if (address.empty() || address == "off") return;
+service::Listener listen(const Options& options, const char* option, const std::string& address) {
     check_reach(options, option, address);
-    ports.push_back({service::Listener::tcp(address, options.insecure), may_change});
-    fmt::print("{} {}\n", option + 2, ports.back().listener.address());
+    service::Listener listener = service::Listener::tcp(address, options.insecure);
+    fmt::print("{} {}\n", option + 2, listener.address());
+    return listener;
+}
+
+std::uint16_t port_of(const service::Listener& listener) {
+    const std::string& address = listener.address();
+    return static_cast<std::uint16_t>(std::stoul(address.substr(address.rfind(':') + 1)));
 }
 
 int serve(const Options& options) {
     std::vector<ScpiPort> ports;
-    open(ports, options, "--scpi", options.scpi, true);
-    open(ports, options, "--scpi-view", options.scpi_view, false);
+    if (options.scpi != "off") ports.push_back({listen(options, "--scpi", options.scpi), true});
+    if (!options.scpi_view.empty())
+        ports.push_back({listen(options, "--scpi-view", options.scpi_view), false});
+    std::optional<LxiServer> lxi;
+    if (!options.lxi.empty())
+        lxi.emplace(listen(options, "--lxi", options.lxi), OBSCURA_VERSION,
+                    ports.empty() ? std::uint16_t{0} : port_of(ports.front().listener));
     std::optional<PacketService> packets;
     if (!options.telemetry.empty() || !options.telecommands.empty()) {
         if (!options.telecommands.empty()) check_reach(options, "--telecommands", options.telecommands);
@@ -106,12 +118,14 @@ int serve(const Options& options) {
         throw tools::UsageError("obscura-instrument: --scpi off: nothing is left to do");
     std::fflush(stdout);
     ScpiServer server(ScpiLimits{}, options.daemon, OBSCURA_VERSION, std::move(ports));
-    std::thread sender;
-    if (packets) sender = std::thread([&packets] { packets->run([] { return tools::interrupted(); }); });
+    std::vector<std::thread> others;
+    if (packets) others.emplace_back([&packets] { packets->run(tools::interrupted); });
+    if (lxi) others.emplace_back([&lxi] { lxi->run(tools::interrupted); });
     emulator::notify_service_manager("READY=1");
-    server.run([] { return tools::interrupted(); });
+    server.run(tools::interrupted);
     emulator::notify_service_manager("STOPPING=1");
-    if (sender.joinable()) sender.join();
+    for (std::thread& other : others)
+        other.join();
     return exit_ok;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/packets/descriptions.hpp"
 
+#include "instrument/markup.hpp"
 #include "instrument/packets/space_packet.hpp"
 #include "instrument/packets/telecommands.hpp"
 #include "instrument/packets/telemetry.hpp"
@@ -27,26 +28,6 @@ constexpr std::array<HeaderBits, 7> primary{{{"CCSDS_VERSION", 3, "Packet versio
                                              {"CCSDS_FLAGS", 2, "3: not segmented"},
                                              {"CCSDS_SEQUENCE", 14, "Sequence count"},
                                              {"CCSDS_LENGTH", 16, "Bytes behind this header, less one"}}};
-
-std::string escaped(std::string_view text) {
-    std::string result;
-    for (const char c : text) {
-        switch (c) {
-        case '&':
-            result += "&amp;";
-            break;
-        case '<':
-            result += "&lt;";
-            break;
-        case '"':
-            result += "&quot;";
-            break;
-        default:
-            result += c;
-        }
-    }
-    return result;
-}
 
 unsigned bits_of(FieldType type) {
     return static_cast<unsigned>(8 * bytes_of(type));
@@ -89,7 +70,7 @@ std::string parameter_name(std::string_view packet, const FieldInfo& field) {
 
 std::string parameter(std::string_view name, std::string_view help) {
     return fmt::format("      <Parameter name=\"{0}\" parameterTypeRef=\"{0}\" shortDescription=\"{1}\"/>\n",
-                       name, escaped(help));
+                       name, escaped_xml(help));
 }
 
 std::string base(std::string_view container, std::string_view conditions) {
@@ -116,7 +97,7 @@ std::string xtce_telemetry(std::uint16_t first_apid) {
         containers += fmt::format(
             "      <SequenceContainer name=\"{}\" shortDescription=\"{}\"{}>\n        <EntryList>\n{}        "
             "</EntryList>\n{}      </SequenceContainer>\n",
-            name, escaped(help), abstract ? " abstract=\"true\"" : "", entries, basis);
+            name, escaped_xml(help), abstract ? " abstract=\"true\"" : "", entries, basis);
         entries.clear();
     };
     for (const HeaderBits& field : primary) {
@@ -169,7 +150,7 @@ std::string xtce_commands(std::uint16_t first_apid) {
         std::string arguments =
             fmt::format("          <Argument name=\"{0}\" argumentTypeRef=\"{0}\" shortDescription=\"{1}\" "
                         "initialValue=\"0\"/>\n",
-                        camera.name, escaped(camera.help));
+                        camera.name, escaped_xml(camera.help));
         std::string entries;
         const auto fixed = [&](std::string_view name, unsigned bits, std::uint64_t value) {
             entries += fmt::format(
@@ -188,14 +169,14 @@ std::string xtce_commands(std::uint16_t first_apid) {
             types += xtce_type(field, field.name, "Argument");
             arguments += fmt::format(
                 "          <Argument name=\"{0}\" argumentTypeRef=\"{0}\" shortDescription=\"{1}\"/>\n",
-                field.name, escaped(field.help));
+                field.name, escaped_xml(field.help));
             argument(field.name);
         }
         commands += fmt::format(
             "      <MetaCommand name=\"{0}\" shortDescription=\"{1}\">\n        <ArgumentList>\n{2}        "
             "</ArgumentList>\n        <CommandContainer name=\"{0}\">\n          <EntryList>\n{3}          "
             "</EntryList>\n        </CommandContainer>\n      </MetaCommand>\n",
-            packet.name, escaped(packet.help), arguments, entries);
+            packet.name, escaped_xml(packet.help), arguments, entries);
     }
     return fmt::format(
         "  <CommandMetaData>\n    <ArgumentTypeSet>\n{}    </ArgumentTypeSet>\n    <MetaCommandSet>\n{}    "

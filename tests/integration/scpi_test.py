@@ -14,6 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
+import xml.etree.ElementTree as ElementTree
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from client_checks import PATIENCE_S, check, end, obscura_client, source, wait_for  # noqa: E402
@@ -42,8 +44,9 @@ class Bench:
 
 class Instrument:
     def __init__(self, *arguments):
-        self.process = subprocess.Popen([program, "--scpi", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
-        self.port = int(self.process.stdout.readline().rpartition(":")[2])
+        self.process = subprocess.Popen([program, "--scpi", "127.0.0.1:0", "--lxi", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
+        ports = [self.process.stdout.readline().split() for _ in range(3)]
+        self.port, self.lxi = (int(dict(ports)[name].rpartition(":")[2]) for name in ("scpi", "lxi"))
 
     def resident_kib(self):
         status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
@@ -167,6 +170,37 @@ def refusals(folder, instrument, port_view):
     check("without a port there is nothing to do", refused.returncode == 64, refused)
 
 
+def lxi_identity(instrument):
+    space = "{http://www.lxistandard.org/InstrumentIdentification/1.0}"
+    answer = urllib.request.urlopen(f"http://127.0.0.1:{instrument.lxi}/lxi", timeout=PATIENCE_S)
+    root = ElementTree.fromstring(answer.read())
+    # Names and order of the schema.
+    check("the LXI identification is found by /lxi", answer.url.endswith("/lxi/identification") and answer.headers["Content-Type"] == "text/xml" and
+          root.tag == space + "LXIDevice" and [one.tag.removeprefix(space) for one in root] == [
+              "Manufacturer", "Model", "SerialNumber", "FirmwareRevision", "ManufacturerDescription", "IdentificationURL", "Interface", "LXIVersion"])
+    interface = root.find(space + "Interface")
+    check("its interface is the port of SCPI", [one.tag.removeprefix(space) for one in interface] == [
+        "InstrumentAddressString", "Hostname", "IPAddress", "SubnetMask", "MACAddress", "Gateway", "DHCPEnabled", "AutoIPEnabled"] and
+          interface[0].text == f"TCPIP::127.0.0.1::{instrument.port}::SOCKET" and interface.get("InterfaceType") == "LXI")
+    check("it says what *IDN? says", Bench(instrument.port).ask("*IDN?").split(",") == [root[i].text for i in range(4)])
+    dice = random.Random(4)
+    idle = [socket.create_connection(("127.0.0.1", instrument.lxi), PATIENCE_S) for _ in range(20)]
+    for _ in range(200):
+        with socket.create_connection(("127.0.0.1", instrument.lxi), PATIENCE_S) as rude:
+            try:
+                rude.sendall(dice.randbytes(dice.randrange(8000)) + dice.choice([b"", b"\r\n\r\n"]))
+            except ConnectionError:
+                pass
+
+    def alive():
+        try:
+            return urllib.request.urlopen(f"http://127.0.0.1:{instrument.lxi}/lxi/identification", timeout=PATIENCE_S).status == 200
+        except OSError:
+            return False
+
+    check("it outlives those who say nothing or nonsense", wait_for(alive) and idle[0].recv(1) == b"")
+
+
 def reference_page():
     page = subprocess.run([program, "--describe", "scpi"], capture_output=True, text=True, check=True).stdout
     check("docs/reference/scpi.md is that of the table (obscura-instrument --describe scpi)",
@@ -194,6 +228,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-scpi-") as name:
     check("and found again", wait_for(lambda: bench.ask("*TST?") == "0") and bench.ask("GAIN?") == "0")
     bench.socket.close()
     bench.file.close()
+    lxi_identity(instrument)
     refusals(folder, instrument, view)
     reference_page()
     check("it ends well", instrument.end() == 0)
