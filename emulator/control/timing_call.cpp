@@ -28,7 +28,8 @@ struct Arguments {
 };
 
 Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
-    const RecentTiming* const timing = checked_camera(cameras, arguments.camera).timing;
+    const ControlledCamera& camera = checked_camera(cameras, arguments.camera);
+    const RecentTiming* const timing = camera.timing;
     if (timing == nullptr)
         throw Failure(FailureCode::not_now, "timing: the daemon keeps no time stamps for calls");
     const RecentTiming::Rows found = timing->rows(arguments.after, static_cast<std::size_t>(arguments.most));
@@ -39,7 +40,10 @@ Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
             numbers.push_back(value ? json(*value) : json());
         rows.push_back(std::move(numbers));
     }
-    return {{{"columns", timing->columns()}, {"rows", std::move(rows)}, {"last", found.last}}};
+    return {{{"columns", timing->columns()},
+             {"rows", std::move(rows)},
+             {"last", found.last},
+             {"tai_offset_ns", camera.clock.tai_offset_ns()}}};
 }
 
 } // namespace
@@ -60,7 +64,8 @@ service::Call timing_call(const CameraCalls::Cameras& cameras) {
          "Frames, oldest first; nil for an instant that a frame does not have"},
         {"last", "integer", "",
          "Number of the newest frame, counted since the daemon's start: frame ids begin anew at each "
-         "acquisition"}};
+         "acquisition"},
+        {"tai_offset_ns", "integer", "ns", "What makes TAI since 1970 of the instants, now"}};
     return call;
 }
 

@@ -900,11 +900,14 @@ struct Timing {
         /// Number of the newest frame, counted since the daemon's start: frame ids begin anew at each
         /// acquisition
         std::optional<std::int64_t> last{};
+        /// What makes TAI since 1970 of the instants, now (ns)
+        std::optional<std::int64_t> tai_offset_ns{};
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {detail::strings(head["columns"]),
                 Value(head["rows"]),
-                detail::optional<std::int64_t>(head["last"])};
+                detail::optional<std::int64_t>(head["last"]),
+                detail::optional<std::int64_t>(head["tai_offset_ns"])};
     }
 };
 

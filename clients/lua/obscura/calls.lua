@@ -443,6 +443,7 @@ end
 ---@field columns? string[] Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of the machine's monotonic clock
 ---@field rows? any[] Frames, oldest first; nil for an instant that a frame does not have (array of arrays)
 ---@field last? integer Number of the newest frame, counted since the daemon's start: frame ids begin anew at each acquisition
+---@field tai_offset_ns? integer What makes TAI since 1970 of the instants, now (ns)
 
 --- Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
 --- --timing`. A client that asks again with `last` gets each frame once.

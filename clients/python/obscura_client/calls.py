@@ -266,6 +266,8 @@ class TimingAnswer(TypedDict, total=False):
     rows: List[Any]
     # Number of the newest frame, counted since the daemon's start: frame ids begin anew at each acquisition
     last: int
+    # What makes TAI since 1970 of the instants, now (ns)
+    tai_offset_ns: int
 
 
 class ConfigurationAnswer(TypedDict, total=False):

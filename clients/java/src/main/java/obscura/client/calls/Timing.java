@@ -42,11 +42,13 @@ public final class Timing extends Call<Timing.Result> {
      * @param rows Frames, oldest first; nil for an instant that a frame does not have (array of arrays)
      * @param last Number of the newest frame, counted since the daemon's start: frame ids begin anew at each
      *     acquisition
+     * @param taiOffsetNs What makes TAI since 1970 of the instants, now (ns)
      */
-    public record Result(List<String> columns, List<Object> rows, Long last) {}
+    public record Result(List<String> columns, List<Object> rows, Long last, Long taiOffsetNs) {}
 
     @Override
     public Result read(Map<String, Object> head) {
-        return new Result(strings(head.get("columns")), list(head.get("rows")), (Long) head.get("last"));
+        return new Result(strings(head.get("columns")), list(head.get("rows")), (Long) head.get("last"),
+                (Long) head.get("tai_offset_ns"));
     }
 }
