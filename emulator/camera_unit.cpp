@@ -3,12 +3,14 @@
 
 #include "emulator/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
+#include "service/tokens.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <future>
+#include <optional>
 #include <ostream>
 #include <utility>
 
@@ -20,6 +22,11 @@ namespace {
 constexpr std::int64_t transports_done_ns = 500 * ns_per_ms;
 
 constexpr std::size_t recent_timing_rows = 1024;
+
+std::optional<service::Token> simulator_token(const SimulatorSection& simulator) {
+    if (simulator.token_file.empty()) return std::nullopt;
+    return service::read_token_file(simulator.token_file);
+}
 
 } // namespace
 
@@ -72,7 +79,8 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
     timing_.set_render(render_facts(config, threads));
     if (config.simulator.enabled)
         simulator_ = std::make_unique<SimulatorServer>(config.simulator.listen, imaging_->poses, *camera_,
-                                                       imaging_->clock, threads.render);
+                                                       imaging_->clock, threads.render,
+                                                       simulator_token(config.simulator));
     const auto line = [low = config.outputs.active_low](const char* key, const std::string& name) {
         return [=]() -> std::unique_ptr<sync::OutputLine> {
             return name.empty() ? nullptr : sync::open_gpio_output(key, name, low);

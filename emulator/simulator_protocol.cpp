@@ -101,6 +101,7 @@ SimulatorLine parse_simulator_line(std::string_view line) {
         return step;
     }
     if (command == "state" && next_word(rest).empty()) return StateLine{};
+    if (command == "token") return TokenLine{next_word(rest)};
     return BadLine{"unknown command, allowed are pose, step and state"};
 }
 

@@ -27,11 +27,15 @@ struct StepLine {
 };
 /// `state`
 struct StateLine {};
+/// `token PROOF`
+struct TokenLine {
+    std::string_view proof; ///< points into the line
+};
 /// Anything else.
 struct BadLine {
     std::string why; ///< one line, printable
 };
-using SimulatorLine = std::variant<PoseLine, StepLine, StateLine, BadLine>;
+using SimulatorLine = std::variant<PoseLine, StepLine, StateLine, TokenLine, BadLine>;
 
 /// Longest line accepted, without its end.
 constexpr std::size_t simulator_line_bytes = 512;

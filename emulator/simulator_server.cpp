@@ -19,7 +19,9 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstring>
+#include <utility>
 
 namespace obscura::emulator {
 namespace {
@@ -28,6 +30,9 @@ constexpr std::size_t most_clients = 8;
 constexpr std::size_t most_input = 16 * simulator_line_bytes; // input buffered while a step is in progress
 constexpr std::int64_t patience_ns = 60 * ns_per_s;           // longest wait for one frame
 constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // longest wait for a busy camera
+
+/// Longest time without a proof: the places of clients are few.
+constexpr std::chrono::seconds admission_time{5};
 
 std::string explain_unknown_name(const PoseRings& rings) {
     std::string names;
@@ -62,7 +67,7 @@ PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s) {
 }
 
 SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock,
-                                 const RenderScheduling& render)
+                                 const RenderScheduling& render, const std::optional<service::Token>& token)
     : listen_(std::move(listen)),
       rings_(std::move(rings)),
       unknown_name_(explain_unknown_name(rings_)),
@@ -70,6 +75,7 @@ SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& ca
       clock_(clock),
       scheduling_(render) {
     if (scheduling_.has_priority()) ++scheduling_.priority;
+    if (token) tokens_.add(service::Permission::scene, *token);
 }
 
 SimulatorServer::~SimulatorServer() {
@@ -90,8 +96,11 @@ void SimulatorServer::start() {
     socklen_t size = sizeof address;
     ::getsockname(tcp_.get(), reinterpret_cast<sockaddr*>(&address), &size);
     port_ = ntohs(address.sin_port);
-    udp_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-    if (!udp_ || ::bind(udp_.get(), name, sizeof address) != 0) fail();
+    // A datagram cannot prove who sends it.
+    if (tokens_.empty()) {
+        udp_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+        if (!udp_ || ::bind(udp_.get(), name, sizeof address) != 0) fail();
+    }
     wake_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (!wake_) fail();
     stopping_ = false;
@@ -159,8 +168,10 @@ void SimulatorServer::work() {
         if (watched[1].revents != 0) accept_client();
         if (rings != 0) handed_over_.serve();
         go_on_with_step();
-        for (const auto& client : clients_)
+        for (const auto& client : clients_) {
+            admit(*client);
             handle_lines(*client);
+        }
         std::erase_if(clients_, [this](const std::unique_ptr<Client>& client) {
             if (client->gone && step_.client == client.get()) step_ = {};
             return client->gone;
@@ -169,7 +180,10 @@ void SimulatorServer::work() {
 }
 
 void SimulatorServer::accept_client() {
-    FileDescriptor fd(::accept4(tcp_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    sockaddr_in from{};
+    socklen_t from_bytes = sizeof from;
+    FileDescriptor fd(
+        ::accept4(tcp_.get(), reinterpret_cast<sockaddr*>(&from), &from_bytes, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd) return;
     const auto remote = std::count_if(clients_.begin(), clients_.end(),
                                       [](const auto& client) { return !client->of_this_process; });
@@ -187,6 +201,7 @@ void SimulatorServer::accept_client() {
     set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
     set(IPPROTO_TCP, TCP_KEEPCNT, 4);
     add_client(std::move(fd), false);
+    clients_.back()->peer = fmt::format("{:08x}", ntohl(from.sin_addr.s_addr));
 }
 
 void SimulatorServer::add_client(FileDescriptor fd, bool of_this_process) {
@@ -194,7 +209,13 @@ void SimulatorServer::add_client(FileDescriptor fd, bool of_this_process) {
     clients_.push_back(std::make_unique<Client>());
     clients_.back()->fd = std::move(fd);
     clients_.back()->of_this_process = of_this_process;
-    answer(*clients_.back(), "obscura simulator 1");
+    std::string greeting = "obscura simulator 1";
+    if (!tokens_.empty() && !of_this_process) {
+        clients_.back()->challenge = service::make_challenge();
+        clients_.back()->admit_by = service::Tokens::Clock::now() + admission_time;
+        greeting += " challenge=" + clients_.back()->challenge;
+    }
+    answer(*clients_.back(), greeting);
 }
 
 void SimulatorServer::receive(Client& client) {
@@ -232,7 +253,7 @@ void SimulatorServer::receive_datagrams() {
 }
 
 void SimulatorServer::handle_lines(Client& client) {
-    while (!client.gone && step_.client != &client) {
+    while (!client.gone && step_.client != &client && client.proof.empty()) {
         const std::size_t end = client.input.find('\n');
         if (end == std::string::npos) {
             if (client.input.size() > simulator_line_bytes) {
@@ -250,14 +271,45 @@ void SimulatorServer::handle_lines(Client& client) {
 
 void SimulatorServer::handle(Client& client, std::string_view text) {
     const SimulatorLine line = parse_simulator_line(text);
+    if (!client.challenge.empty()) return take_proof(client, line);
     if (const auto* pose = std::get_if<PoseLine>(&line)) {
         if (const std::string why = take_pose(*pose); !why.empty()) refuse(client, why);
     } else if (const auto* step = std::get_if<StepLine>(&line)) {
         begin_step(client, step->time);
     } else if (std::holds_alternative<StateLine>(line)) {
         answer(client, state_line());
+    } else if (std::holds_alternative<TokenLine>(line)) {
+        refuse(client, "token: none is wanted");
     } else {
         refuse(client, std::get<BadLine>(line).why);
+    }
+}
+
+void SimulatorServer::take_proof(Client& client, const SimulatorLine& line) {
+    if (const auto* const token = std::get_if<TokenLine>(&line)) {
+        client.proof = token->proof;
+        const auto now = service::Tokens::Clock::now();
+        client.proof_due = now + tokens_.delay(client.peer, now);
+        return admit(client);
+    }
+    refuse(client, "token: the first line is \"token PROOF\"");
+    client.gone = true;
+}
+
+void SimulatorServer::admit(Client& client) {
+    if (client.challenge.empty() || client.gone) return;
+    const auto now = service::Tokens::Clock::now();
+    if (client.proof.empty()) {
+        client.gone = now > client.admit_by;
+        return;
+    }
+    if (now < client.proof_due) return;
+    if (tokens_.permission_of(client.challenge, std::exchange(client.proof, {}), client.peer, now)) {
+        client.challenge.clear();
+        answer(client, "welcome");
+    } else {
+        refuse(client, "token: not the one of this camera");
+        client.gone = true;
     }
 }
 

@@ -10,6 +10,7 @@
 #include "emulator/pose_ring.hpp"
 #include "emulator/render_scheduling.hpp"
 #include "emulator/simulator_protocol.hpp"
+#include "service/tokens.hpp"
 #include "sync/software.hpp"
 
 #include <atomic>
@@ -36,17 +37,19 @@ struct SimulatorCounters {
     std::uint64_t refused = 0; ///< lines and connections refused
 };
 
-/// TCP carries lines in both directions, UDP on the same port poses only. It has a thread of its own. An
+/// TCP carries lines in both directions, UDP on the same port poses only; with a token there is no UDP, and
+/// the first line of a connection proves the token. It has a thread of its own. An
 /// invalid line is answered with an error line; a client that does not read its answers is disconnected. A
 /// step triggers a frame as soon as the camera is ready, and is answered when that frame's last row has been
 /// released, or when the frame has failed.
 class SimulatorServer {
 public:
     /// `camera` and `clock` must outlive the server. `listen` is "ADDRESS:PORT"; port 0: any.
+    /// `token` of clients that come over the network; none: they need none.
     /// `render`: how the camera's frames are rendered. Where that goes before ordinary programs, so does the
     /// thread of this server, before rendering: poses that wait for it would come too late for the frame.
     SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock,
-                    const RenderScheduling& render = {});
+                    const RenderScheduling& render = {}, const std::optional<service::Token>& token = {});
     ~SimulatorServer();
     SimulatorServer(const SimulatorServer&) = delete;
     SimulatorServer& operator=(const SimulatorServer&) = delete;
@@ -70,6 +73,10 @@ private:
         std::string input;
         bool gone = false;
         bool of_this_process = false;
+        std::string challenge; ///< empty: nothing is to be proved, or has been
+        std::string proof;     ///< waits until it is looked at
+        std::string peer;      ///< address of its machine
+        service::Tokens::Clock::time_point proof_due, admit_by;
         Time last_step{-1}; ///< scene time of the last step of this connection
     };
     /// The step in progress.
@@ -87,6 +94,10 @@ private:
     void receive_datagrams();
     void handle_lines(Client& client);
     void handle(Client& client, std::string_view line);
+    /// Line of a client that has not proved the token: takes the proof, or disconnects it.
+    void take_proof(Client& client, const SimulatorLine& line);
+    /// Looks at a proof whose time has come, and disconnects a client that takes too long for one.
+    void admit(Client& client);
     /// Adds the pose to its ring. Returns empty, or the reason why it was refused.
     std::string take_pose(const PoseLine& line);
     void begin_step(Client& client, Time scene);
@@ -101,6 +112,7 @@ private:
     Camera& camera_;
     const Clock& clock_;
     RenderScheduling scheduling_;
+    service::Tokens tokens_; ///< empty: everybody may send lines
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
     std::atomic<bool> stopping_{false}, stepping_{false};
     FileDescriptor tcp_, udp_, wake_;

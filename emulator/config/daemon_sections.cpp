@@ -11,6 +11,18 @@
 #include <stdexcept>
 
 namespace obscura::emulator {
+namespace {
+
+/// Throws std::invalid_argument unless `listen` is an address like `example`, of the loopback interface if
+/// clients need no token.
+void check_reach(const std::string& listen, const char* example, bool open) {
+    const sockaddr_in address = sync::parse_ipv4_endpoint(listen, 0, example);
+    if (open && ntohl(address.sin_addr.s_addr) >> 24 != IN_LOOPBACKNET)
+        throw std::invalid_argument(fmt::format(
+            "{}: without token_file only addresses of the loopback interface are allowed", listen));
+}
+
+} // namespace
 
 using config::key;
 
@@ -265,15 +277,20 @@ config::Section section_of(SimulatorSection& s) {
     section.help = "A port through which another program moves the scene and steps the camera in lockstep.";
     section.keys = {
         key("enabled", &s.enabled).help("Accept poses and steps of a dynamics simulator"),
-        key("listen", &s.listen).help("IPv4 address and port: TCP for commands, UDP for poses"),
+        key("listen", &s.listen)
+            .help("IPv4 address and port: TCP for commands, UDP for poses; of another interface than the "
+                  "loopback only with token_file"),
+        key("token_file", config::Path{&s.token_file, true, true})
+            .help("File of the token that clients must have, made by obscura serve --make-token; no poses "
+                  "come by UDP then; empty: they need none"),
         key("max_extrapolation_ms", &s.max_extrapolation_ms)
             .unit("ms")
             .range(0, 1e6)
             .help("Time for which a motion is extrapolated past its last pose; after that the pose holds"),
     };
     section.check = [&s](const config::ReadTable& table) {
-        table.refuse_if_thrown("listen",
-                               [&s] { (void)sync::parse_ipv4_endpoint(s.listen, 0, "127.0.0.1:5003"); });
+        table.refuse_if_thrown(
+            "listen", [&s] { check_reach(s.listen, "127.0.0.1:5003", s.enabled && s.token_file.empty()); });
     };
     return section;
 }
@@ -338,13 +355,9 @@ config::Section section_of(ControlSection& s) {
         key("clients", &s.clients).range(1, 1000).help("Clients at a time; further ones are refused"),
     };
     section.check = [&s](const config::ReadTable& table) {
-        const auto check_address = [&s] {
-            const sockaddr_in address = sync::parse_ipv4_endpoint(s.listen, 0, "127.0.0.1:5153");
-            if (s.token_file.empty() && ntohl(address.sin_addr.s_addr) >> 24 != IN_LOOPBACKNET)
-                throw std::invalid_argument(fmt::format(
-                    "{}: without token_file only addresses of the loopback interface are allowed", s.listen));
-        };
-        if (!s.listen.empty()) table.refuse_if_thrown("listen", check_address);
+        if (!s.listen.empty())
+            table.refuse_if_thrown("listen",
+                                   [&s] { check_reach(s.listen, "127.0.0.1:5153", s.token_file.empty()); });
         if (s.unix_socket.empty()) return;
         if (s.unix_socket.front() != '/' || s.unix_socket.size() > longest_socket_path())
             table.refuse("unix_socket", fmt::format("\"{}\"; allowed is an absolute path of at most {} bytes",

@@ -92,6 +92,7 @@ struct ThreadsSection {
 struct SimulatorSection {
     bool enabled = false;
     std::string listen = "127.0.0.1:5003";
+    std::string token_file; ///< of clients; empty: none is wanted
     double max_extrapolation_ms = 100;
 };
 

@@ -48,7 +48,7 @@ def free_port():
 
 
 class Daemon:
-    def __init__(self, source="lockstep", policy="late", quality="hold"):
+    def __init__(self, source="lockstep", policy="late", quality="hold", token=None):
         self.temporary = tempfile.TemporaryDirectory(prefix="obscura-lockstep-")
         self.folder = pathlib.Path(self.temporary.name)
         self.port = free_port()
@@ -69,6 +69,9 @@ shape = "ellipsoid"
 radii_m = [100, 60, 40]
 albedo = 0.3
 """)
+        if token:
+            (self.folder / "sim.token").write_bytes(token)
+            (self.folder / "sim.token").chmod(0o640)
         (self.folder / "obscurad.toml").write_text(f"""[scene]
 file = "scene.toml"
 [render]
@@ -83,6 +86,7 @@ reserve_us = 1000000
 [simulator]
 enabled = true
 listen = "127.0.0.1:{self.port}"
+{'token_file = "sim.token"' if token else ""}
 [camera]
 exposure_us = 1000
 [gige]
@@ -291,6 +295,30 @@ with Daemon(source="timer") as daemon, Simulator("127.0.0.1", daemon.port) as si
     check("until one of them leaves", freed != "")
     for other in others:
         other.close()
+    check("it ends well", daemon.stop() == 0)
+
+# A token is wanted of everybody, and proved without being sent.
+secret = random.Random(5).randbytes(32)
+with Daemon(token=secret) as daemon:
+    def open_with(token):
+        return Simulator("127.0.0.1", daemon.port, token=token)
+
+    check("a client without the token is told so", "wants a token" in refusal(lambda: open_with(None)))
+    check("a wrong one is refused", refusal(lambda: open_with(bytes(32))) == "token: not the one of this camera")
+    with socket.create_connection(("127.0.0.1", daemon.port), PATIENCE_S) as raw:
+        lines = raw.makefile("rw", encoding="ascii", newline="\n")
+        challenges = [lines.readline().split("challenge=")[1]]
+        lines.write("step 1\nstep 2\n")
+        lines.flush()
+        check("before it no line does anything", lines.readline() == "error token: the first line is \"token PROOF\"\n")
+        check("and the connection ends", lines.readline() == "")
+    with open_with(secret) as simulator:
+        challenges.append(simulator.greeting.split("challenge=")[1])
+        check("each connection has a challenge of its own", challenges[0].strip() != challenges[1])
+        check("with it steps are made", simulator.step(1).number == 1 and simulator.state()["frames"] == "1")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", daemon.port))
+            check("no poses come by UDP", True)
     check("it ends well", daemon.stop() == 0)
 
 sys.exit(1 if failures else 0)

@@ -5,8 +5,11 @@
     with Simulator("127.0.0.1", 5003) as simulator:
         simulator.pose("camera", 0.0, (-20000, 0, 0), (1, 0, 0, 0))
         print(simulator.step(0.1))    # Frame(number=1, time='0.100000000', outcome='complete', late_rows=0, quality={...})
+
+With simulator.token_file: Simulator(host, port, token=pathlib.Path("camera.token").read_bytes()).
 """
 import collections
+import hmac
 import socket
 
 Frame = collections.namedtuple("Frame", "number time outcome late_rows quality")
@@ -17,12 +20,18 @@ class Refused(Exception):
 
 
 class Simulator:
-    def __init__(self, host, port, timeout_s=60):
+    def __init__(self, host, port, timeout_s=60, token=None):
         self.address = (host, port)
         self.socket = socket.create_connection(self.address, timeout_s)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.lines = self.socket.makefile("r", encoding="ascii", newline="\n")
         self.greeting = self.lines.readline().strip()
+        _, asked, challenge = self.greeting.partition(" challenge=")
+        if asked:
+            if token is None:
+                raise Refused("the daemon wants a token (simulator.token_file)")
+            self.send(f"token {hmac.new(token, bytes.fromhex(challenge), 'sha256').hexdigest()}\n".encode())
+            self.answer()  # welcome
 
     @staticmethod
     def pose_line(name, time_s, position_m, quaternion, velocity_m_s=(), rate_rad_s=()):

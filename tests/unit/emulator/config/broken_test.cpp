@@ -447,6 +447,14 @@ listen = "0.0.0.0:5153"
      "bytes"},
     {R"([scene]
 file = "scene.toml"
+[simulator]
+enabled = true
+listen = "192.168.1.5:5003"
+)",
+     "c.toml:5:10: simulator.listen: 192.168.1.5:5003: without token_file only addresses of the loopback "
+     "interface are allowed"},
+    {R"([scene]
+file = "scene.toml"
 [control]
 listen = "127.0.0.1"
 clients = 0
