@@ -32,6 +32,7 @@ public:
         ~Share() {
             if (account_ != nullptr) account_->used_.fetch_sub(bytes_);
         }
+        [[nodiscard]] std::uint64_t bytes() const noexcept { return account_ != nullptr ? bytes_ : 0; }
 
     private:
         friend class MemoryAccount;
@@ -51,6 +52,18 @@ public:
                                           used, limit_));
         while (!used_.compare_exchange_weak(used, used + bytes));
         return {*this, bytes};
+    }
+    /// Makes `share` one of so many bytes. Throws as take(); the share is then as it was.
+    void resize(Share& share, std::uint64_t bytes) {
+        const std::uint64_t before = share.bytes();
+        if (bytes > before) {
+            Share more = take(bytes - before);
+            more.account_ = nullptr; // it is part of the other one now
+        } else {
+            used_.fetch_sub(before - bytes);
+        }
+        share.account_ = this;
+        share.bytes_ = bytes;
     }
     [[nodiscard]] std::uint64_t used() const noexcept { return used_.load(); }
 

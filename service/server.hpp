@@ -5,6 +5,7 @@
 #include "service/connection.hpp"
 #include "service/limits.hpp"
 #include "service/listener.hpp"
+#include "service/memory_account.hpp"
 #include "service/peer.hpp"
 #include "service/session.hpp"
 #include "service/tokens.hpp"
@@ -31,6 +32,8 @@ public:
 
     /// One more way in, before run(); its clients count as all others.
     void add(Door door) { doors_.push_back(std::move(door)); }
+    /// What all clients hold together.
+    [[nodiscard]] MemoryAccount& memory() noexcept { return memory_; }
     /// Serves until `stopped` returns true, which is asked five times a second and after each signal.
     void run(const std::function<bool()>& stopped);
 

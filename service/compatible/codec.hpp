@@ -32,6 +32,8 @@ public:
     [[nodiscard]] bool begun() const noexcept { return bytes_ > 0 && !complete_; }
     /// Bytes of the message so far.
     [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
+    /// Values of the message so far.
+    [[nodiscard]] std::size_t values() const noexcept { return values_; }
     /// The message; then the next one begins.
     [[nodiscard]] Fields take();
 

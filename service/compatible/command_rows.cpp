@@ -128,19 +128,19 @@ std::vector<Command> make_commands() {
                     row("getPSF").gives("width height psf").help("The point spread function that was set."),
                     row("loadMotionModel")
                         .takes("filename:text parameters:any")
-                        .help("Loads a model of the camera's motion."),
+                        .help("Moves the camera by a table .csv of poses in its own frame."),
                     row("loadProjectionModel")
                         .takes("filename:text parameters:any")
-                        .help("Loads a projection: that of the picture in place of the pinhole."),
+                        .help("Sets projection and distortion of the lens."),
                     row("loadPSFModel")
                         .takes("filename:text parameters:any")
                         .help("Loads a point spread function by formula."),
                     row("loadSpectrumModel")
                         .takes("filename:text parameters:any")
-                        .help("Loads a model of spectra."),
+                        .help("Sets the wavelengths of the channels: model bands."),
                     row("loadTimeSamplingModel")
                         .takes("filename:text parameters:any")
-                        .help("Loads a model of when pixels gather light."),
+                        .help("Sets when rows are exposed: rolling_shutter or global_shutter."),
                     row("setCameraFOVDeg")
                         .takes("fov_x:number fov_y:number")
                         .help("Sets the fields of view, degrees; each gives a focal length of its own."),
@@ -153,7 +153,7 @@ std::vector<Command> make_commands() {
                               "up, 1: along +z with y down."),
                     row("setFocus")
                         .takes("focus_plane_Z:number pupil_radius:number")
-                        .help("Distance of focus and radius of the pupil."),
+                        .help("Distance of focus and radius of the pupil, m; 0: all is sharp."),
                     row("setImageSize")
                         .takes("width:integer height:integer")
                         .help("Sets width and height, px."),
@@ -256,7 +256,7 @@ std::vector<Command> make_commands() {
                         .help("Sets a property of an element of an object."),
                     row("setObjectElementTransform")
                         .takes("object_name:text element_name:text matrix:list relative:flag")
-                        .help("Moves an element of an object."),
+                        .help("Sets place and attitude of a whole object by a matrix."),
                     row("setObjectMotion")
                         .takes("object_name:text motion:list")
                         .help("Sets velocity, m/s, and rotation rate, rad/s, of an object during the "
@@ -302,11 +302,11 @@ std::vector<Command> make_commands() {
                         .help("Creates a texture whose values the client sends."),
                     row("createVideoTexture")
                         .takes("name:text filename:text loop:flag")
-                        .help("Creates a texture of a video."),
+                        .help("Creates a texture of numbered pictures."),
                     row("loadTextureObject")
                         .takes("name:text filename:text parameters:any")
                         .help("Loads a texture model."),
-                    row("updateDynamicTexture").takes("name:text").help("Updates a dynamic texture."),
+                    row("updateDynamicTexture").takes("name:text").help("The next picture of a sequence."),
                     row("updateUserDataTexture")
                         .takes("name:text data:bytes")
                         .awaited()
@@ -383,7 +383,7 @@ std::vector<Command> make_commands() {
                     row("getPreviewMode").gives("enable").help("What enablePreviewMode set."),
                     row("getScanningDeviceMode").gives("enable").help("What enableScanningDeviceMode set."),
                     row("render").help("Renders the picture."),
-                    row("renderMicroTasks").takes("utasks:any").help("Renders a part of a picture."),
+                    row("renderMicroTasks").takes("utasks:any").help("Renders the pixels of tasks."),
                     row("runPerPixelProcess")
                         .takes("output_name:text process_name:text")
                         .help("Runs a process for each pixel."),

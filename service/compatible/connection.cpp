@@ -12,21 +12,19 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <exception>
 #include <new>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 namespace obscura::service::compatible {
 namespace {
 
 /// Bytes that are received of one client before the others have their turn.
-constexpr std::size_t most_at_once = 1 << 18;
-
-/// The command of a message; empty: none is named.
-std::string name_in(const Fields& message) {
-    const Value* const name = find(message, "");
-    const auto* const text = name == nullptr ? nullptr : name->as<std::string>();
-    return text == nullptr ? std::string() : *text;
-}
+constexpr std::size_t most_at_once = 1 << 15;
+/// Bytes that wait for the thread, at most one receipt more.
+constexpr std::size_t most_received = 1 << 20;
 
 } // namespace
 
@@ -41,19 +39,18 @@ private:
     const std::atomic<bool>& stop_;
 };
 
-Connection::Connection(FileDescriptor socket, const DoorLimits& limits, Host& host,
+Connection::Connection(FileDescriptor socket, const DoorLimits& limits, Host& host, MemoryAccount& memory,
                        std::function<void()> wake)
     : limits_(limits),
+      host_(host),
+      memory_(memory),
       wake_(std::move(wake)),
       socket_(std::move(socket)),
-      session_(host.open()),
-      decoder_(limits),
-      outbox_(limits),
-      thread_([this] { run_requests(); }) {}
+      outbox_(limits) {}
 
 Connection::~Connection() {
     hang_up(false);
-    thread_.join();
+    if (thread_.joinable()) thread_.join();
 }
 
 void Connection::end() {
@@ -63,8 +60,7 @@ void Connection::end() {
 short Connection::events() const {
     const std::lock_guard lock(mutex_);
     int events = 0;
-    if (waiting_.size() >= limits_.requests || waiting_bytes_ >= limits_.request_bytes) paused_ = true;
-    if (ends_ || !paused_) events |= POLLIN;
+    if (ends_ || received_bytes_ < most_received) events |= POLLIN;
     if (outbox_.ready(Clock::now())) events |= POLLOUT;
     return static_cast<short>(events);
 }
@@ -83,56 +79,62 @@ void Connection::look_at(Clock::time_point now) {
             sent = outbox_.waiting() == 0;
         }
         if (sent) ::shutdown(socket_.get(), SHUT_WR);
-        if (now >= *ends_) hang_up(closed_);
+        if (now >= *ends_) hang_up(false);
         return;
     }
-    if (begun_ && now - *begun_ > limits_.message_ms)
-        return end_with(Failure(FailureCode::bad_message, fmt::format("a message takes longer than {} ms",
-                                                                      limits_.message_ms.count())));
+    std::string broken;
+    bool closed = false;
+    {
+        const std::lock_guard lock(mutex_);
+        broken = broken_;
+        closed = closed_;
+        // What has come and waits for the thread is not the client's delay.
+        if (received_.empty() && begun_ && now - *begun_ > limits_.message_ms)
+            broken = fmt::format("a message takes longer than {} ms", limits_.message_ms.count());
+    }
+    if (!broken.empty()) return end_with(broken);
+    if (closed) return hang_up(true);
     send(now); // what was held and is due
 }
 
 void Connection::receive() {
-    const std::size_t before = input_.size();
-    input_.resize(before + most_at_once);
-    const ssize_t bytes = ::recv(socket_.get(), input_.data() + before, most_at_once, MSG_DONTWAIT);
-    const bool blocked = bytes < 0 && (errno == EAGAIN || errno == EINTR);
-    input_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(bytes, 0)));
-    if (bytes <= 0 && !blocked) return hang_up(false);
-    if (ends_)
-        // Were it left unread, the end of the connection would take the last line from the client.
-        input_.clear();
-    else
-        take_messages();
+    std::string bytes(most_at_once, '\0');
+    const ssize_t count = ::recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    if (count <= 0) return hang_up(ends_with_close(last_bytes_));
+    // Were it left unread, the end of the connection would take the last line from the client.
+    if (ends_) return;
+    bytes.resize(static_cast<std::size_t>(count));
+    last_bytes_ += std::string_view(bytes).substr(bytes.size() - std::min(bytes.size(), close_bytes));
+    last_bytes_.erase(0, last_bytes_.size() - std::min(last_bytes_.size(), close_bytes));
+    try {
+        take(std::move(bytes));
+    } catch (const std::bad_alloc&) {
+        end_with("not enough memory");
+    } catch (const std::system_error& error) {
+        end_with(fmt::format("the server has no thread left: {}", error.what()));
+    }
 }
 
-void Connection::take_messages() {
-    std::size_t at = 0;
-    bool any = false;
-    try {
-        while (!closed_) {
-            at += decoder_.read(std::string_view(input_).substr(at));
-            if (!decoder_.complete()) break;
-            Request request{0, decoder_.bytes(), decoder_.take()};
-            begun_.reset();
-            any = true;
-            closed_ = name_in(request.message) == "close";
-            const std::lock_guard lock(mutex_);
-            request.number = outbox_.request_read();
-            waiting_bytes_ += request.bytes;
-            if (!closed_) waiting_.push_back(std::move(request));
+void Connection::take(std::string bytes) {
+    if (!thread_.joinable()) {
+        at_rest_ = false;
+        try {
+            thread_ = std::thread([this] { run_requests(); });
+        } catch (...) {
+            at_rest_ = true;
+            throw;
         }
-    } catch (const Failure& failure) {
-        end_with(failure);
-    } catch (const std::bad_alloc&) {
-        end_with(Failure(FailureCode::too_large, "not enough memory"));
     }
-    if (any) changed_.notify_all();
-    if (closed_) return hang_up(true);
-    if (ends_) return;
-    input_.erase(0, at);
-    if (input_.capacity() > 4 * most_at_once && input_.size() < most_at_once) input_.shrink_to_fit();
-    if (!begun_ && (!input_.empty() || decoder_.begun())) begun_ = Clock::now();
+    {
+        const std::lock_guard lock(mutex_);
+        received_bytes_ += bytes.size();
+        if (!received_.empty() && received_.back().size() + bytes.size() <= most_at_once)
+            received_.back() += bytes;
+        else
+            received_.push_back(std::move(bytes));
+    }
+    changed_.notify_all();
 }
 
 void Connection::send(Clock::time_point now) {
@@ -166,47 +168,90 @@ void Connection::hang_up(bool finish) {
     {
         const std::lock_guard lock(mutex_);
         ending_ = true;
-        if (!finish) waiting_.clear();
         outbox_.clear();
     }
     changed_.notify_all();
 }
 
-void Connection::end_with(const Failure& failure) {
+void Connection::end_with(std::string_view what) {
     stop_ = true;
     {
         const std::lock_guard lock(mutex_);
-        waiting_.clear();
         outbox_.clear();
-        outbox_.add_line(fmt::format("[error] {}", failure.what()), true);
+        outbox_.add_line(fmt::format("[error] {}", what), true);
     }
+    changed_.notify_all();
     ends_ = Clock::now() + limits_.farewell_ms;
-    input_.clear();
-    begun_.reset();
 }
 
 void Connection::run_requests() {
-    std::unique_lock lock(mutex_);
-    while (true) {
-        changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
-        if (waiting_.empty()) break;
-        const Request request = std::move(waiting_.front());
-        waiting_.pop_front();
-        waiting_bytes_ -= request.bytes;
-        const bool resumes =
-            paused_ && waiting_.size() <= limits_.requests / 2 && waiting_bytes_ <= limits_.request_bytes / 2;
-        if (resumes) paused_ = false;
-        lock.unlock();
-        if (resumes) wake_();
-        run(request);
-        lock.lock();
+    std::string broken;
+    try {
+        const std::unique_ptr<Session> session = host_.open(memory_);
+        RequestReader reader(limits_, memory_);
+        while (read_ahead(reader))
+            run(*session, reader.take());
+    } catch (const std::bad_alloc&) {
+        broken = "not enough memory";
+    } catch (const std::exception& error) {
+        broken = error.what();
     }
-    lock.unlock();
+    std::vector<Packet> spent;
+    {
+        const std::lock_guard lock(mutex_);
+        broken_ = std::move(broken);
+        spent = outbox_.take_spent();
+    }
+    spent.clear();
     at_rest_ = true;
     wake_();
 }
 
-void Connection::run(const Request& request) {
+bool Connection::read_ahead(RequestReader& reader) {
+    while (!stop_) {
+        std::vector<Packet> spent; // freed without the lock
+        std::vector<std::string> pieces;
+        bool resumes = false;
+        {
+            std::unique_lock lock(mutex_);
+            changed_.wait(lock, [&] {
+                return ending_ || stop_ || !received_.empty() || !reader.waiting.empty() ||
+                       reader.can_read() || outbox_.has_spent();
+            });
+            spent = outbox_.take_spent();
+            if (reader.wants_bytes()) {
+                pieces.swap(received_);
+                resumes = std::exchange(received_bytes_, 0) >= most_received;
+            }
+            if (ending_ && pieces.empty() && reader.waiting.empty() && !reader.can_read()) return false;
+        }
+        spent.clear();
+        if (resumes) wake_();
+        for (std::string& piece : pieces)
+            reader.add(std::move(piece));
+        read(reader);
+        if (!reader.waiting.empty()) return !stop_;
+        if (reader.closed()) return false;
+    }
+    return false;
+}
+
+void Connection::read(RequestReader& reader) {
+    if (!reader.can_read()) return;
+    const std::size_t count = reader.read();
+    const std::lock_guard lock(mutex_);
+    std::uint64_t number = outbox_.requests_read(count);
+    for (std::size_t i = reader.waiting.size() - count; i < reader.waiting.size(); ++i)
+        reader.waiting[i].number = number++;
+    closed_ = reader.closed();
+    if (!reader.begun())
+        begun_.reset();
+    else if (!begun_ || count > 0)
+        begun_ = Clock::now();
+    if (closed_) wake_();
+}
+
+void Connection::run(Session& session, const ReadRequest& request) {
     const std::string name = name_in(request.message);
     const Command* const command = find_command(name);
     Job job(stop_);
@@ -220,7 +265,7 @@ void Connection::run(const Request& request) {
         if (command == nullptr)
             throw Failure(FailureCode::unknown_call,
                           fmt::format("no call '{}'", config::printable(name, 60)));
-        session_->run(*command, Arguments(*command, request.message), job, reply);
+        session.run(*command, Arguments(*command, request.message), job, reply);
         answer(request, command, name, std::move(reply), false);
     } catch (const Failure& failure) {
         fail(failure.what());
@@ -231,18 +276,19 @@ void Connection::run(const Request& request) {
     }
 }
 
-void Connection::answer(const Request& request, const Command* command, std::string_view name, Reply reply,
-                        bool failed) {
+void Connection::answer(const ReadRequest& request, const Command* command, std::string_view name,
+                        Reply reply, bool failed) {
     Packet packet;
     Fields fields = std::move(reply.fields);
     fields.insert(fields.begin(), {"", Value(name)});
     packet.start =
         reply.bytes_name.empty() ? encode(fields) : encode(fields, reply.bytes_name, reply.body.size());
     packet.body = std::move(reply.body);
+    packet.share = std::move(reply.share);
     const Awaited awaited = command == nullptr ? Awaited::no : command->awaited;
     {
         const std::lock_guard lock(mutex_);
-        if (ending_) return;
+        if (ending_ || stop_) return;
         for (const std::string& line : reply.lines)
             outbox_.add_line(line, line.starts_with("[error]"));
         if (awaited != Awaited::never)

@@ -8,15 +8,24 @@
 #include <utility>
 
 namespace obscura::service::compatible {
+namespace {
+
+/// Smaller packets are freed in no time.
+constexpr std::size_t large_packet = 1 << 18;
+
+} // namespace
 
 Packet line_packet(std::string_view line) {
     return {encode({{"data", Bytes{std::string(line)}}})};
 }
 
-std::uint64_t Outbox::request_read() {
-    answer_.reset();
+std::uint64_t Outbox::requests_read(std::size_t count) {
+    const std::uint64_t first = read_ + 1;
+    read_ += count;
+    if (count == 0) return first;
+    drop_answer();
     if (current_is_answer_ && sent_ == 0) drop_current();
-    return ++read_;
+    return first;
 }
 
 void Outbox::add_line(std::string_view line, bool is_error) {
@@ -33,7 +42,8 @@ void Outbox::add_answer(std::uint64_t request, Packet answer, bool waits, bool f
                         Clock::time_point now) {
     const bool follows_error = unread_errors_ > 0;
     if (waits && follows_error) --unread_errors_;
-    if (request != read_) return;
+    if (request != read_) return spend(std::move(answer));
+    drop_answer();
     answer_ = Answer{std::move(answer), waits, failed || (waits && follows_error), now + limits_.hold_ms};
 }
 
@@ -70,7 +80,21 @@ void Outbox::advance(std::size_t bytes) {
     if (current_ && sent_ >= current_->size()) drop_current();
 }
 
+void Outbox::spend(Packet packet) {
+    if (packet.size() >= large_packet) spent_.push_back(std::move(packet));
+}
+
+std::vector<Packet> Outbox::take_spent() {
+    return std::exchange(spent_, {});
+}
+
+void Outbox::drop_answer() {
+    if (answer_) spend(std::move(answer_->packet));
+    answer_.reset();
+}
+
 void Outbox::drop_current() {
+    if (current_) spend(std::move(*current_));
     current_.reset();
     current_is_answer_ = false;
     sent_ = 0;
@@ -92,7 +116,7 @@ std::size_t Outbox::waiting() const noexcept {
 void Outbox::clear() {
     lines_.clear();
     left_out_ = 0;
-    answer_.reset();
+    drop_answer();
     drop_current();
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "service/compatible/limits.hpp"
+#include "service/memory_account.hpp"
 
 #include <chrono>
 #include <cstddef>
@@ -11,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace obscura::service::compatible {
 
@@ -18,6 +20,7 @@ namespace obscura::service::compatible {
 struct Packet {
     std::string start;
     std::string body{};
+    MemoryAccount::Share share{};
 
     [[nodiscard]] std::size_t size() const noexcept { return start.size() + body.size(); }
 };
@@ -40,8 +43,8 @@ public:
 
     explicit Outbox(const DoorLimits& limits) : limits_(limits) {}
 
-    /// A request has been read. Returns its number.
-    std::uint64_t request_read();
+    /// So many requests have been read. Returns the number of the first.
+    std::uint64_t requests_read(std::size_t count);
     /// Adds a line of log; beyond the limit lines are counted, and the number follows.
     void add_line(std::string_view line, bool is_error);
     /// Adds the answer of a request. `waits`: the client reads the answer of this call. `failed`: a line
@@ -60,6 +63,10 @@ public:
     /// Bytes that wait.
     [[nodiscard]] std::size_t waiting() const noexcept;
     void clear();
+    /// Large packets that were sent or dropped: to free them takes a while, which is not for the thread that
+    /// serves other clients, nor under a lock.
+    [[nodiscard]] std::vector<Packet> take_spent();
+    [[nodiscard]] bool has_spent() const noexcept { return !spent_.empty(); }
 
 private:
     struct Answer {
@@ -70,6 +77,8 @@ private:
     };
 
     void drop_current();
+    void drop_answer();
+    void spend(Packet packet);
 
     const DoorLimits limits_;
     std::uint64_t read_ = 0; ///< requests
@@ -82,6 +91,7 @@ private:
     std::size_t sent_ = 0; ///< bytes of it
     /// Lines `[error]` for which no call has failed yet: each makes one of the calls fail that read.
     std::size_t unread_errors_ = 0;
+    std::vector<Packet> spent_;
 };
 
 /// A line of log as a message.

@@ -6,6 +6,7 @@
 #include "service/compatible/arguments.hpp"
 #include "service/compatible/commands.hpp"
 #include "service/compatible/value.hpp"
+#include "service/memory_account.hpp"
 
 #include <memory>
 #include <string>
@@ -32,6 +33,7 @@ public:
     Fields fields{};
     std::string bytes_name{}, body{};
     std::vector<std::string> lines{};
+    MemoryAccount::Share share{}; ///< of the answer, until it has been sent
 };
 
 /// State of one client. Its commands run one after the other, on a thread of the connection.
@@ -42,11 +44,12 @@ public:
     virtual void run(const Command& command, const Arguments& arguments, Work& work, Reply& reply) = 0;
 };
 
-/// Maker of sessions. open() is called by the server's thread.
+/// Maker of sessions. open() is called on the threads of connections, also of several at a time.
 class Host {
 public:
     virtual ~Host() = default;
-    [[nodiscard]] virtual std::unique_ptr<Session> open() = 0;
+    /// `memory` counts what the session keeps, and outlives it. Throws Error.
+    [[nodiscard]] virtual std::unique_ptr<Session> open(MemoryAccount& memory) = 0;
 };
 
 } // namespace obscura::service::compatible

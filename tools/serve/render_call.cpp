@@ -8,6 +8,7 @@
 #include "service/failure.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -33,6 +34,14 @@ constexpr std::int32_t least_rows = 16;
 /// Twice as many follow where they took less than this, up to this part of the picture.
 constexpr std::chrono::milliseconds quick{20};
 constexpr std::int32_t least_blocks = 16;
+
+/// Lowers the priority of the calling thread, for good: what renders gives way to the thread that answers all
+/// clients.
+void give_way() {
+    constexpr int nice = 10;
+    thread_local const bool done = ::setpriority(PRIO_PROCESS, 0, nice) == 0;
+    (void)done;
+}
 
 Failure bad_argument(const std::string& field, const std::string& what, const std::string& allowed) {
     return service::bad_argument(field, fmt::format("render: {}: {}, allowed {}", field, what, allowed),
@@ -251,6 +260,7 @@ const renderer::Renderer& RenderCall::renderer(const Arguments& a, const scene::
     made_.reset(); // two at a time might be more than the memory holds
     renderer::RenderSettings settings = a.settings;
     settings.threads = limits_.threads;
+    settings.enter_worker = give_way;
     settings.shapes = shapes_;
     scene_.check_scene([&] {
         scene::Scene scene = scene_.document().scene();
@@ -350,6 +360,7 @@ const renderer::Renderer& RenderCall::current() {
 }
 
 service::Answer RenderCall::run(const Arguments& arguments, service::Work& work) {
+    give_way();
     const auto begin = std::chrono::steady_clock::now();
     const std::vector<std::size_t> aovs = aovs_of(arguments.layers);
     const scene::Camera camera = this->camera(arguments);
@@ -375,7 +386,11 @@ service::Answer RenderCall::run(const Arguments& arguments, service::Work& work)
     if (arguments.sensor.is_null()) {
         const std::int64_t half_ns = std::llround(arguments.exposure_s * 0.5e9);
         rows.times.assign(static_cast<std::size_t>(rows.window.height), {when - half_ns, when + half_ns});
-        rows.common_mid = when;
+        for (std::size_t i = 0; i < rows.times.size(); ++i) {
+            const std::int64_t late_ns = line_ns_ * (rows.window.y + static_cast<std::int64_t>(i));
+            rows.times[i] = {rows.times[i].reset + late_ns, rows.times[i].read + late_ns};
+        }
+        if (line_ns_ == 0) rows.common_mid = when;
         answer.arrays.push_back(light(renderer, rows, work));
         head["unit"] = scene.quantity == scene::Quantity::radiance ? "W m-2 sr-1" : "W m-2";
     } else {

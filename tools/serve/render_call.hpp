@@ -32,6 +32,9 @@ public:
     RenderCall& operator=(const RenderCall&) = delete;
 
     [[nodiscard]] service::Call call();
+    /// Rolling shutter of pictures without a sensor: time from the beginning of the exposure of a row of the
+    /// picture to that of the next; the time that a call gives is that of the first one. 0: all at once.
+    void set_line_time(std::int64_t ns) noexcept { line_ns_ = ns; }
     /// The renderer of the scene as it is now, made with the settings of the picture before. Throws Failure.
     [[nodiscard]] const renderer::Renderer& current();
 
@@ -55,6 +58,7 @@ private:
     DetectorPictures detector_;
     const std::shared_ptr<renderer::ShapeCache> shapes_ = renderer::make_shape_cache();
     std::unique_ptr<Made> made_;
+    std::int64_t line_ns_ = 0;
 };
 
 } // namespace obscura::tools

@@ -75,8 +75,11 @@ public:
         line.number("--threads", &picture_.threads, "N", "Render threads of each client; 0: one per core", 0,
                     1024);
         line.number("--clients", &clients_, "N", "Clients at a time; further ones are refused", 1, 1000);
-        line.number("--memory", &memory_mib_, "MIB",
-                    "Memory in MiB that the pictures of all clients, and what they share, may take", 1, 1e9);
+        line.number(
+            "--memory", &memory_mib_, "MIB",
+            "Memory in MiB that the pictures of all clients, what they share, and the long messages of "
+            "--compatible may take",
+            1, 1e9);
         line.flag("--with-input", with_input_,
                   "End when standard input ends, as for a program that started it");
         line.examples = {"obscura serve",
@@ -124,7 +127,7 @@ public:
         if (compatible) {
             service::Listener listener = service::Listener::tcp(compatible_);
             fmt::print("published client at {}\n", listener.address());
-            server.add(compatible::make_door(std::move(listener), door_host, {}, clients_));
+            server.add(compatible::make_door(std::move(listener), door_host, {}, server.memory(), clients_));
         }
         std::fflush(stdout);
         emulator::notify_service_manager("READY=1");

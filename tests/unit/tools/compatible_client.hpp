@@ -10,9 +10,11 @@
 
 #include <atomic>
 #include <cstring>
+#include <fstream>
 #include <memory>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura::test {
@@ -38,7 +40,7 @@ class Client {
 public:
     Client()
         : host_(tools::compatible::DoorSettings{"test", folder.path(), folder.path(), {}}),
-          session_(host_.open()) {}
+          session_(host_.open(memory)) {}
 
     Reply call(const char* name, const Fields& arguments = {}) {
         const Command* const command = find_command(name);
@@ -72,6 +74,10 @@ public:
         return all;
     }
 
+    /// A file that the client may name.
+    void write(const char* name, std::string_view text) {
+        std::ofstream(folder.path() / name, std::ios::binary) << text;
+    }
     void place(const char* object, Vec3 at) {
         call("setObjectPosition", {{"object_name", object}, {"pos", List{at.x, at.y, at.z}}});
     }
@@ -104,6 +110,7 @@ public:
     }
 
     test::TempFolder folder;
+    service::MemoryAccount memory{std::uint64_t{256} << 20};
 
 private:
     Unhurried work_;

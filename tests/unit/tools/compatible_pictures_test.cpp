@@ -292,7 +292,7 @@ TEST_CASE("the scene as a file renders the same bytes by the native protocol", "
     tools::compatible::DoorSettings settings;
     Client client;
     settings.root = client.folder.path();
-    tools::compatible::Door door(settings);
+    tools::compatible::Door door(settings, client.memory);
     Unhurried work;
     const auto run = [&](const char* name, const Fields& arguments) {
         const Command& command = *find_command(name);

@@ -13,7 +13,8 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 
 void set_fov(Request& r, double unit) {
-    const double least = 1e-5 * degree / unit, most = 179 * degree / unit;
+    const double widest_rad = 2 * r.door.camera.lens.most_angle_rad() - degree;
+    const double least = 1e-5 * degree / unit, most = widest_rad / unit;
     const GivenFov given{r.arguments.number("fov_x", least, most), r.arguments.number("fov_y", least, most),
                          unit};
     r.door.camera.given_fov = given;
@@ -62,10 +63,6 @@ void add_camera_calls(Handlers& handlers) {
     };
     handlers["getIntegrationTime"] = [](Request& r) {
         r.reply.set("integration_time", r.door.camera.integration_s);
-    };
-    handlers["setFocus"] = [](Request& r) {
-        if (r.arguments.number("focus_plane_Z") != 0 && r.arguments.number("pupil_radius") != 0)
-            throw r.arguments.refused("pupil_radius", "defocus is not supported", "0");
     };
 }
 

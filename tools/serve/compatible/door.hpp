@@ -3,7 +3,9 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "core/region.hpp"
 #include "service/compatible/value.hpp"
+#include "service/memory_account.hpp"
 #include "tools/serve/compatible/client_files.hpp"
 #include "tools/serve/compatible/notes.hpp"
 #include "tools/serve/compatible/picture.hpp"
@@ -78,6 +80,12 @@ struct GivenFov {
     double unit_rad = std::numbers::pi / 180;
 };
 
+/// Wavelengths of a channel.
+struct ChannelBand {
+    double from_nm = 0, to_nm = 0;
+};
+constexpr std::array<ChannelBand, channels> usual_bands{{{600, 700}, {500, 600}, {400, 500}, {400, 700}}};
+
 /// Size and optics of the picture.
 struct CameraSettings {
     std::int32_t width = 512, height = 512;
@@ -85,6 +93,17 @@ struct CameraSettings {
     GivenFov given_fov{}; ///< that of the two above, unless they were set otherwise since
     double integration_s = 0;
     Psf psf{};
+    PictureLens lens{};
+    double line_s = 0; ///< from the beginning of a row's exposure to that of the next
+    /// Distance of the plane that is sharp, and radius of the pupil, m; 0: all is sharp.
+    double focus_m = 0, pupil_radius_m = 0;
+    std::array<double, 2> pupil_point_m{}; ///< through which the picture is rendered: right, down
+    /// Motion beside that of the object `camera`: in its frame (x right, y down, z forward), since the
+    /// exposure began.
+    std::vector<scene::TimedPose> motion{};
+
+    /// Of all rows.
+    [[nodiscard]] double exposure_s() const { return integration_s + line_s * (height - 1); }
 };
 
 /// How pictures are rendered and sent.
@@ -114,13 +133,15 @@ struct DoorSettings {
     PictureLimits limits{};
     ResourceTable resources{};                         ///< files for names that are in neither folder
     std::uint64_t most_bytes = std::uint64_t{4} << 30; ///< that a client may write in all
+    /// Of the files that a client's scene is made of: textures, tables, meshes.
+    std::uint64_t scene_bytes = std::uint64_t{1} << 30;
 };
 
 /// State of one client. Thread-bound.
 class Door {
 public:
-    /// `settings` outlives this.
-    explicit Door(const DoorSettings& settings);
+    /// Both outlive this. `memory` counts pictures, their maps and answers.
+    Door(const DoorSettings& settings, service::MemoryAccount& memory);
     Door(const Door&) = delete;
     Door& operator=(const Door&) = delete;
 
@@ -131,6 +152,7 @@ public:
     CameraSettings camera{};
     RenderingSettings rendering{};
     Channels sun_power_w_sr{};
+    std::array<ChannelBand, channels> bands = usual_bands;
     Background background{};
     std::map<std::string, Object> objects{};
     std::map<std::string, std::string> aliases{};
@@ -151,19 +173,31 @@ public:
     [[nodiscard]] nlohmann::json scene();
     /// Renders the picture. Throws Failure.
     void render(service::Work& work);
+    /// The same of some windows of it; the rest is 0.
+    void render(const std::vector<Region>& windows, service::Work& work);
     /// Distances along rays in the scene as it is now.
     [[nodiscard]] std::vector<double> intersect(const std::vector<renderer::Ray>& rays, service::Work& work);
     /// Distances along the rays of the picture's pixels, and their normals in inertial axes, x, y, z each.
     void find_surfaces(service::Work& work);
 
+    /// Takes so many bytes until they are given back. Throws Failure (too_large).
+    [[nodiscard]] service::MemoryAccount::Share hold(std::uint64_t bytes) const {
+        return memory_.take(bytes);
+    }
+    /// Rays of the scene's pictures so far.
+    [[nodiscard]] std::uint64_t rays_traced() { return render_call_.current().rays_traced(); }
     [[nodiscard]] const PictureLimits& limits() const noexcept { return settings_.limits; }
     [[nodiscard]] const std::string& version() const noexcept { return settings_.version; }
     [[nodiscard]] scene::SceneDocument const& document() const noexcept { return scene_calls_.document(); }
 
 private:
     void load_scene(service::Work& work);
+    /// Light of a window of the picture, planes of the channels.
+    [[nodiscard]] std::vector<float> light_of(const Region& window, std::uint32_t samples,
+                                              std::uint64_t frame, service::Work& work);
 
     const DoorSettings& settings_;
+    service::MemoryAccount& memory_;
     SceneCalls scene_calls_;
     RenderCall render_call_;
     nlohmann::json loaded_; ///< the scene that scene_calls_ has

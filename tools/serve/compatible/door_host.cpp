@@ -12,7 +12,7 @@ namespace {
 
 class DoorSession final : public service::compatible::Session {
 public:
-    explicit DoorSession(const DoorSettings& settings) : door_(settings) {}
+    DoorSession(const DoorSettings& settings, service::MemoryAccount& memory) : door_(settings, memory) {}
 
     void run(const service::compatible::Command& command, const Arguments& arguments, service::Work& work,
              Reply& reply) override {
@@ -40,16 +40,17 @@ private:
 
 } // namespace
 
-std::unique_ptr<service::compatible::Session> DoorHost::open() {
-    return std::make_unique<DoorSession>(settings_);
+std::unique_ptr<service::compatible::Session> DoorHost::open(service::MemoryAccount& memory) {
+    return std::make_unique<DoorSession>(settings_, memory);
 }
 
 service::Door make_door(service::Listener listener, service::compatible::Host& host,
-                        const service::compatible::DoorLimits& limits, std::size_t clients) {
+                        const service::compatible::DoorLimits& limits, service::MemoryAccount& memory,
+                        std::size_t clients) {
     return {std::move(listener),
-            [&host, limits](FileDescriptor socket, std::function<void()> wake) {
+            [&host, &memory, limits](FileDescriptor socket, std::function<void()> wake) {
                 return std::make_unique<service::compatible::Connection>(std::move(socket), limits, host,
-                                                                         std::move(wake));
+                                                                         memory, std::move(wake));
             },
             service::compatible::line_packet(
                 fmt::format("[error] {} clients are connected already, allowed {}", clients, clients))

@@ -4,6 +4,7 @@
 
 #include "service/compatible/limits.hpp"
 #include "service/compatible/session.hpp"
+#include "service/memory_account.hpp"
 #include "service/peer.hpp"
 #include "tools/serve/compatible/door.hpp"
 
@@ -18,14 +19,16 @@ class DoorHost final : public service::compatible::Host {
 public:
     explicit DoorHost(DoorSettings settings) : settings_(std::move(settings)) {}
 
-    [[nodiscard]] std::unique_ptr<service::compatible::Session> open() override;
+    [[nodiscard]] std::unique_ptr<service::compatible::Session> open(service::MemoryAccount& memory) override;
 
 private:
     const DoorSettings settings_;
 };
 
-/// The door for a server. `clients`: its limit, for the line that one more is sent. `host` outlives it.
+/// The door for a server. `clients`: its limit, for the line that one more is sent. `memory`: of the server's
+/// clients. `host` and `memory` outlive it.
 [[nodiscard]] service::Door make_door(service::Listener listener, service::compatible::Host& host,
-                                      const service::compatible::DoorLimits& limits, std::size_t clients);
+                                      const service::compatible::DoorLimits& limits,
+                                      service::MemoryAccount& memory, std::size_t clients);
 
 } // namespace obscura::tools::compatible

@@ -44,6 +44,7 @@ using Handlers = std::map<std::string_view, Handler>;
 void add_connection_calls(Handlers& handlers);
 void add_camera_calls(Handlers& handlers);
 void add_psf_calls(Handlers& handlers);
+void add_lens_calls(Handlers& handlers);
 void add_model_calls(Handlers& handlers);
 void add_object_calls(Handlers& handlers);
 void add_light_calls(Handlers& handlers);

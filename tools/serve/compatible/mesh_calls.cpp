@@ -81,7 +81,10 @@ void add_merged(Request& r, MeshMerger& merger, const std::vector<MeshPlace>& pl
     if (name == "camera" || name == "sun")
         throw r.arguments.refused("object_name", "is no body", "another name");
     Object body;
-    if (const Object* const before = r.door.find(name)) body.placement = before->placement;
+    if (const Object* const before = r.door.find(name)) {
+        body.placement = before->placement;
+        r.door.own.remove(before->keys.value("file", ""));
+    }
     body.keys = {{"shape", "mesh"},
                  {"file", r.door.own.write(".obj", merger.obj(places, most_triangles))},
                  {"material", "lambert"},

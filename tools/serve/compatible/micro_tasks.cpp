@@ -20,6 +20,8 @@ using service::compatible::Value;
 
 constexpr std::size_t numbers_a_row = 9, column = 1, row_number = 2, weight = 7;
 constexpr std::int32_t cluster_edge = 16;
+/// Pixels between two of a row for which no window ends.
+constexpr std::int32_t least_gap = 8;
 
 /// NaN: no number.
 double number_of(const Value& value) {
@@ -75,6 +77,35 @@ std::vector<float> weights_of(const Value& tasks, std::int32_t width, std::int32
         sum = std::min(1.0F, sum + static_cast<float>(w));
     }
     return weights;
+}
+
+std::vector<Region> windows_of(const std::vector<float>& weights, std::int32_t width) {
+    std::vector<Region> done, open; // open ones reach down to the row above
+    const auto height = static_cast<std::int32_t>(weights.size() / static_cast<std::size_t>(width));
+    for (std::int32_t y = 0; y < height; ++y) {
+        const float* const row =
+            weights.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+        std::vector<Region> runs;
+        for (std::int32_t x = 0; x < width; ++x) {
+            if (row[x] <= 0) continue;
+            if (runs.empty() || x - (runs.back().x + runs.back().width) >= least_gap)
+                runs.push_back({x, y, 1, 1});
+            else
+                runs.back().width = x - runs.back().x + 1;
+        }
+        const auto same_columns = [](const Region& a, const Region& b) {
+            return a.x == b.x && a.width == b.width;
+        };
+        if (std::equal(runs.begin(), runs.end(), open.begin(), open.end(), same_columns)) {
+            for (Region& window : open)
+                ++window.height;
+            continue;
+        }
+        done.insert(done.end(), open.begin(), open.end());
+        open = std::move(runs);
+    }
+    done.insert(done.end(), open.begin(), open.end());
+    return done;
 }
 
 } // namespace obscura::tools::compatible

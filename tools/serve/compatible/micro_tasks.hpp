@@ -3,6 +3,7 @@
 // parts.
 #pragma once
 
+#include "core/region.hpp"
 #include "service/compatible/value.hpp"
 
 #include <cstdint>
@@ -21,5 +22,9 @@ namespace obscura::tools::compatible {
 /// most 1. Throws Failure for rows that are none, and pixels outside.
 [[nodiscard]] std::vector<float> weights_of(const service::compatible::Value& tasks, std::int32_t width,
                                             std::int32_t height);
+
+/// Windows that cover the pixels of some weight, and a few others: to begin a window costs more than some
+/// pixels. They do not overlap.
+[[nodiscard]] std::vector<Region> windows_of(const std::vector<float>& weights, std::int32_t width);
 
 } // namespace obscura::tools::compatible

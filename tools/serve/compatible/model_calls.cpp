@@ -3,6 +3,7 @@
 // published program, which are not public.
 #include "tools/serve/compatible/handlers.hpp"
 #include "tools/serve/compatible/objects.hpp"
+#include "tools/serve/compatible/parameters.hpp"
 
 #include <fmt/format.h>
 
@@ -14,83 +15,9 @@ namespace obscura::tools::compatible {
 namespace {
 
 using nlohmann::json;
-using service::compatible::Fields;
-using service::compatible::find;
-
-/// Parameters of a model. A bare value instead of a map stands for the one parameter that most have.
-class Parameters {
-public:
-    Parameters(Request& r, std::string_view only) : r_(r), only_(only) {
-        const Value& value = r.arguments.value("parameters");
-        fields_ = value.as<Fields>();
-        double number = 0;
-        if (fields_ != nullptr || value.as<std::monostate>() != nullptr) return;
-        if (const List* const list = value.as<List>(); list != nullptr && list->empty()) return;
-        if (!to_number(value, number))
-            throw r.arguments.refused("parameters", "are no map", "a map of names and numbers");
-        bare_ = &value;
-        r.reply.warn(fmt::format("parameters: a number is taken for {}", only));
-    }
-
-    [[nodiscard]] const Value* value(std::string_view name) {
-        used_.emplace_back(name);
-        if (bare_ != nullptr) return name == only_ ? bare_ : nullptr;
-        return fields_ == nullptr ? nullptr : find(*fields_, name);
-    }
-    /// A number, of a vector its first.
-    [[nodiscard]] double number(std::string_view name, double otherwise, double least, double most) {
-        const Value* const found = value(name);
-        if (found == nullptr) return otherwise;
-        double got = 0;
-        if (!to_number(*found, got) || !(got >= least && got <= most))
-            throw r_.arguments.refused("parameters", std::string(name),
-                                       fmt::format("a number from {} to {}", least, most));
-        return got;
-    }
-    /// Numbers of the channels; a single one is that of all.
-    [[nodiscard]] Channels channels_of(std::string_view name, double otherwise, double most) {
-        Channels all{};
-        all.fill(otherwise);
-        const Value* const found = value(name);
-        if (found == nullptr) return all;
-        std::vector<double> got(1);
-        if (to_number(*found, got[0]))
-            got.resize(channels, got[0]);
-        else if (!to_numbers(*found, got))
-            got.clear();
-        if (got.size() == 3) got.push_back((got[0] + got[1] + got[2]) / 3);
-        if (got.size() != channels ||
-            !std::all_of(got.begin(), got.end(), [&](double v) { return v >= 0 && v <= most; }))
-            throw r_.arguments.refused("parameters", std::string(name),
-                                       fmt::format("a number or {} of 0 to {}", channels, most));
-        std::copy(got.begin(), got.end(), all.begin());
-        return all;
-    }
-    /// Warns of parameters that nobody has asked for.
-    void check_rest() const {
-        if (fields_ == nullptr) return;
-        for (const auto& [name, value] : *fields_)
-            if (std::find(used_.begin(), used_.end(), name) == used_.end())
-                r_.reply.warn(fmt::format("parameters: \"{}\" has no effect", config::printable(name, 60)));
-    }
-
-private:
-    Request& r_;
-    std::string_view only_;
-    const Fields* fields_ = nullptr;
-    const Value* bare_ = nullptr;
-    std::vector<std::string> used_;
-};
 
 json list_of_numbers(const Channels& values) {
     return json(values);
-}
-
-/// The name of a model file without folders and the ending.
-std::string model_name(const std::string& filename, std::string_view ending) {
-    std::string name = filename.substr(filename.find_last_of('/') + 1);
-    if (name.ends_with(ending)) name.resize(name.size() - ending.size());
-    return name;
 }
 
 json reflection_of(Request& r, const std::string& name, Parameters& parameters) {
@@ -156,13 +83,13 @@ Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
 void add_model_calls(Handlers& handlers) {
     handlers["createBRDF"] = [](Request& r) {
         Parameters parameters(r, "albedo");
-        Model model{reflection_of(r, model_name(r.arguments.text("filename"), ".brdf"), parameters)};
+        Model model{reflection_of(r, model_name(r.arguments.text("filename")), parameters)};
         parameters.check_rest();
         put(r.door.reflections, r.arguments, "name", std::move(model));
     };
     handlers["createShape"] = [](Request& r) {
         Parameters parameters(r, "radius");
-        Model model = shape_of(r, model_name(r.arguments.text("filename"), ".shp"), parameters);
+        Model model = shape_of(r, model_name(r.arguments.text("filename")), parameters);
         parameters.check_rest();
         put(r.door.shapes, r.arguments, "name", std::move(model));
     };

@@ -7,6 +7,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace obscura::tools::compatible {
 namespace {
@@ -116,6 +120,45 @@ void set_reflection(Request& r) {
     object.keys = std::move(kept);
 }
 
+/// Of a whole object, whose local transformation is the global one.
+void set_transform(Request& r) {
+    Object& object = named(r);
+    if (r.door.find(r.arguments.text("element_name")) != &object)
+        throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
+    const auto refused = [&](const char* what) {
+        return r.arguments.refused("matrix", what,
+                                   "4 rows of 4 numbers: a rotation, and a translation up to 1e15 m");
+    };
+    const List* const rows = r.arguments.value("matrix").as<List>();
+    if (rows == nullptr || rows->size() != 4) throw refused("is no list of 4 rows");
+    std::array<std::vector<double>, 4> m;
+    for (std::size_t i = 0; i < 4; ++i)
+        if (!to_numbers((*rows)[i], m[i]) || m[i].size() != 4)
+            throw refused("has a row that is not 4 numbers");
+    constexpr double exact = 1e-6;
+    Mat3 turn;
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+            double product = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                product += m[i][k] * m[j][k];
+            if (!(std::abs(product - (i == j ? 1 : 0)) <= exact))
+                throw refused("turns with a scale, or a shear");
+            turn.m[i][j] = m[i][j];
+        }
+        if (!(std::abs(m[i][3]) <= farthest_m)) throw refused("moves too far");
+    }
+    const Vec3 x{m[0][0], m[1][0], m[2][0]}, y{m[0][1], m[1][1], m[2][1]}, z{m[0][2], m[1][2], m[2][2]};
+    if (dot(cross(x, y), z) < 0) throw refused("is a reflection");
+    if (m[3] != std::vector<double>{0, 0, 0, 1}) throw refused("has a last row other than 0, 0, 0, 1");
+    const Quat q = from_matrix(turn);
+    const bool xyzw = r.door.conventions.quaternion == 0;
+    object.placement.attitude =
+        attitude_of(xyzw ? std::vector{q.x, q.y, q.z, q.w} : std::vector{q.w, q.x, q.y, q.z}, object.kind,
+                    r.door.conventions);
+    object.placement.position_m = {m[0][3], m[1][3], m[2][3]};
+}
+
 void set_motion(Request& r) {
     Object& object = named(r);
     const List* const pair = r.arguments.value("motion").as<List>();
@@ -185,6 +228,7 @@ void add_object_calls(Handlers& handlers) {
     handlers["getObjectAttitude"] = [](Request& r) {
         r.reply.set("attitude", quaternion_of(named(r), r.door.conventions));
     };
+    handlers["setObjectElementTransform"] = set_transform;
     handlers["setObjectMotion"] = set_motion;
     handlers["getObjectMotion"] = [](Request& r) {
         const Placement& p = named(r).placement;

@@ -12,12 +12,15 @@
 namespace obscura::tools::compatible {
 namespace {
 
-/// The last picture, of which there is memory for a copy. Throws Failure without one.
-const Picture& picture_of(Request& r) {
+/// The last picture, of which there is memory for a form with so many bytes a pixel. Throws Failure without
+/// one.
+const Picture& picture_of(Request& r, std::size_t pixel_bytes) {
     if (!r.door.picture)
         throw Failure(FailureCode::bad_argument,
                       fmt::format("{}: there is no picture; render makes one", r.command.name));
-    require_memory(r.door.picture->pixels() * 4 * sizeof(float), "picture");
+    const std::size_t bytes = r.door.picture->pixels() * pixel_bytes;
+    r.reply.share = r.door.hold(bytes);
+    require_memory(bytes, "picture");
     return *r.door.picture;
 }
 
@@ -35,9 +38,9 @@ void send(Request& r, std::int32_t width, std::int32_t height, std::string_view 
 }
 
 template<typename Form>
-Handler image(Form form) {
-    return [form](Request& r) {
-        const Picture& picture = picture_of(r);
+Handler image(Form form, std::size_t pixel_bytes) {
+    return [=](Request& r) {
+        const Picture& picture = picture_of(r, pixel_bytes);
         send(r, picture.width, picture.height, "image_data", form(picture));
     };
 }
@@ -47,7 +50,7 @@ bool backward(const Request& r) {
 }
 
 void send_spectrum(Request& r) {
-    const Picture& picture = picture_of(r);
+    const Picture& picture = picture_of(r, sizeof(float));
     const std::vector<double> given = r.arguments.vector("spectrum", channels);
     Channels weights{};
     std::copy(given.begin(), given.end(), weights.begin());
@@ -95,29 +98,29 @@ void intersect(Request& r) {
 } // namespace
 
 void add_output_calls(Handlers& handlers) {
-    handlers["getImage"] = image(as_float);
-    handlers["getImageRGBA8"] = image(as_bytes);
-    handlers["getImageGray32F"] = image(gray_float);
-    handlers["getImageGray8"] = image(gray_bytes);
+    handlers["getImage"] = image(as_float, channels * sizeof(float));
+    handlers["getImageRGBA8"] = image(as_bytes, channels);
+    handlers["getImageGray32F"] = image(gray_float, sizeof(float));
+    handlers["getImageGray8"] = image(gray_bytes, 1);
     handlers["getImageSpectrumProjection"] = send_spectrum;
     handlers["getDepthMap"] = [](Request& r) {
-        (void)picture_of(r);
+        (void)picture_of(r, sizeof(double));
         r.door.find_surfaces(r.work);
         send(r, r.door.picture->width, r.door.picture->height, "depth_data", depth_map(*r.door.picture));
     };
     handlers["getNormalMap"] = [](Request& r) {
-        (void)picture_of(r);
+        (void)picture_of(r, 3 * sizeof(float));
         r.door.find_surfaces(r.work);
         send(r, r.door.picture->width, r.door.picture->height, "normal_data",
              normal_map(*r.door.picture, backward(r)));
     };
     handlers["getLOSMap"] = [](Request& r) {
-        const Picture& p = picture_of(r);
+        const Picture& p = picture_of(r, 3 * sizeof(float));
         send(r, p.los ? p.width : 0, p.los ? p.height : 0, "los_data",
              p.los ? los_map(p, backward(r)) : std::string());
     };
     handlers["getTimeMap"] = [](Request& r) {
-        const Picture& p = picture_of(r);
+        const Picture& p = picture_of(r, sizeof(float));
         send(r, p.time ? p.width : 0, p.time ? p.height : 0, "time_data",
              p.time ? time_map(p) : std::string());
     };

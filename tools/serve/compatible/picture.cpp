@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 namespace obscura::tools::compatible {
 namespace {
@@ -44,8 +45,60 @@ void put(Vec3 v, bool backward, float* out) {
 
 } // namespace
 
+double PictureLens::radius(double angle_rad) const {
+    using scene::Projection;
+    switch (projection) {
+    case Projection::pinhole:
+        return std::tan(angle_rad);
+    case Projection::equidistant:
+        return angle_rad;
+    case Projection::equisolid:
+        return 2 * std::sin(angle_rad / 2);
+    case Projection::stereographic:
+        return 2 * std::tan(angle_rad / 2);
+    case Projection::orthographic:
+        return std::sin(angle_rad);
+    }
+    return 0;
+}
+
+double PictureLens::most_angle_rad() const {
+    using scene::Projection;
+    const bool half = projection == Projection::pinhole || projection == Projection::orthographic;
+    return half ? std::numbers::pi / 2 : std::numbers::pi;
+}
+
+Vec3 PictureLens::direction(double x, double y) const {
+    using scene::Projection;
+    const auto& [k1, k2, k3, p1, p2] = distortion;
+    const double r2 = x * x + y * y, radial = r2 * (k1 + r2 * (k2 + r2 * k3));
+    const double u = x + x * radial + p1 * (r2 + 2 * x * x) + 2 * p2 * x * y;
+    const double v = y + y * radial + 2 * p1 * x * y + p2 * (r2 + 2 * y * y);
+    const double r = std::hypot(u, v);
+    double angle_rad = 0;
+    switch (projection) {
+    case Projection::pinhole:
+        return normalized(Vec3{u, v, 1});
+    case Projection::equidistant:
+        angle_rad = r;
+        break;
+    case Projection::equisolid:
+        angle_rad = r <= 2 ? 2 * std::asin(r / 2) : 4;
+        break;
+    case Projection::stereographic:
+        angle_rad = 2 * std::atan(r / 2);
+        break;
+    case Projection::orthographic:
+        angle_rad = r <= 1 ? std::asin(r) : 4;
+        break;
+    }
+    if (angle_rad > most_angle_rad()) return {};
+    const double across = r > 0 ? std::sin(angle_rad) / r : 0;
+    return {u * across, v * across, std::cos(angle_rad)};
+}
+
 Vec3 Picture::ray(std::int32_t column, std::int32_t row) const {
-    return normalized(Vec3{(column + 0.5 - width / 2.0) / fx_px, (row + 0.5 - height / 2.0) / fy_px, 1});
+    return lens.direction((column + 0.5 - width / 2.0) / fx_px, (row + 0.5 - height / 2.0) / fy_px);
 }
 
 std::string as_float(const Picture& picture) {
@@ -109,8 +162,11 @@ std::string los_map(const Picture& picture, bool backward) {
 }
 
 std::string time_map(const Picture& picture) {
-    return rows_from_below<float>(
-        picture, 1, [&](std::size_t /*pixel*/, float* out) { *out = static_cast<float>(picture.mid_s); });
+    const auto width = static_cast<std::size_t>(picture.width);
+    return rows_from_below<float>(picture, 1, [&](std::size_t pixel, float* out) {
+        const double from_middle = static_cast<double>(pixel / width) - (picture.height - 1) / 2.0;
+        *out = static_cast<float>(picture.mid_s + picture.line_s * from_middle);
+    });
 }
 
 std::string byte_planes(const std::string& floats) {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "renderer/scene/scene.hpp"
+#include "service/memory_account.hpp"
 
 #include <array>
 #include <cstddef>
@@ -12,22 +14,41 @@
 
 namespace obscura::tools::compatible {
 
+/// Where a lens shows directions. Lengths over the focal length.
+struct PictureLens {
+    scene::Projection projection = scene::Projection::pinhole;
+    std::array<double, 5> distortion{}; ///< Brown and Conrady: k1, k2, k3, p1, p2, from real to ideal
+
+    /// Distance from the centre of the ideal picture, of a direction at that angle to the boresight.
+    [[nodiscard]] double radius(double angle_rad) const;
+    /// Unit vector of a point of the real picture: x right, y down, z forward; 0: the lens shows nothing
+    /// there.
+    [[nodiscard]] Vec3 direction(double x, double y) const;
+    /// Largest angle to the boresight, exclusive.
+    [[nodiscard]] double most_angle_rad() const;
+
+    [[nodiscard]] bool operator==(const PictureLens&) const = default;
+};
+
 /// A picture as it was rendered, first row on top, and what its maps are made of.
 struct Picture {
     std::int32_t width = 0, height = 0;
     std::vector<float> values{}; ///< planes of the channels, one after the other
     double fx_px = 0, fy_px = 0; ///< focal lengths
     Pose eye;                    ///< camera frame (x right, y down, z forward) to the scene's, mid-exposure
-    double mid_s = 0;            ///< scene time of mid-exposure
+    PictureLens lens{};
+    double mid_s = 0;  ///< scene time of mid-exposure, of the row in the middle
+    double line_s = 0; ///< from a row to the next
     bool los = false, time = false;
     // Of the surfaces behind the centres of the pixels, once they are asked for:
-    std::vector<double> range_m{};            ///< infinite: nothing
-    std::array<std::vector<float>, 3> normal; ///< scene axes, NaN: nothing
+    std::vector<double> range_m{};                           ///< infinite: nothing
+    std::array<std::vector<float>, 3> normal;                ///< scene axes, NaN: nothing
+    service::MemoryAccount::Share share{}, surfaces_share{}; ///< of the values and of those maps
 
     [[nodiscard]] std::size_t pixels() const {
         return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     }
-    /// Unit vector along the ray of a pixel's centre: x right, y down, z forward.
+    /// Unit vector along the ray of a pixel's centre: x right, y down, z forward; 0: the lens shows nothing.
     [[nodiscard]] Vec3 ray(std::int32_t column, std::int32_t row) const;
 };
 

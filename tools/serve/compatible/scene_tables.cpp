@@ -8,8 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <iterator>
 #include <string>
+#include <vector>
 
 namespace obscura::tools::compatible {
 namespace {
@@ -28,12 +29,12 @@ json json_of(const Quat& q) {
 void add_sunlight(const Door& door, json& tree) {
     Channels ratio{};
     for (std::size_t c = 0; c < channels; ++c) {
-        const SpectralBand band{channel_bands[c].from_nm * 1e-9, channel_bands[c].to_nm * 1e-9};
+        const SpectralBand band{door.bands[c].from_nm * 1e-9, door.bands[c].to_nm * 1e-9};
         ratio[c] = door.sun_power_w_sr[c] / (au_m * au_m) / renderer::sun_irradiance_w_m2(band);
     }
     const double largest = *std::max_element(ratio.begin(), ratio.end());
     for (std::size_t c = 0; c < channels; ++c) {
-        const ChannelBand& band = channel_bands[c];
+        const ChannelBand& band = door.bands[c];
         json row{{"from_nm", band.from_nm}, {"to_nm", band.to_nm}};
         if (ratio[c] < largest) row["transmission"] = json::array({{band.from_nm, ratio[c] / largest}});
         tree["band"].push_back(std::move(row));
@@ -41,23 +42,49 @@ void add_sunlight(const Door& door, json& tree) {
     tree["sun"]["irradiance_scale"] = largest;
 }
 
-/// Keys of position and attitude; of a motion during the integration time a table of both.
-void add_placement(Door& door, const Placement& p, json& table) {
-    const double span_s = door.camera.integration_s;
+/// An offset in the frame of an object, of the rows at times since the exposure began, between them linear.
+Pose offset_at(const std::vector<scene::TimedPose>& rows, double time_s) {
+    const auto after = std::find_if(rows.begin(), rows.end(),
+                                    [&](const scene::TimedPose& row) { return row.time_s > time_s; });
+    if (after == rows.begin()) return rows.empty() ? Pose{} : rows.front().pose;
+    const scene::TimedPose& before = *std::prev(after);
+    if (after == rows.end()) return before.pose;
+    const double share = (time_s - before.time_s) / (after->time_s - before.time_s);
+    return interpolate(before.pose, after->pose, share);
+}
+
+/// Keys of position and attitude; of a motion during the exposure a table of both. `motion` and `offset_m`
+/// are in the frame of the object.
+void add_placement(Door& door, const Placement& p, json& table,
+                   const std::vector<scene::TimedPose>& motion = {}, Vec3 offset_m = {}) {
+    const double span_s = door.camera.exposure_s();
     const double turned_rad = length(p.rate_rad_s) * span_s;
-    if (turned_rad == 0 && (span_s == 0 || length(p.velocity_m_s) == 0)) {
-        table["position_m"] = json_of(p.position_m);
-        table["orientation"] = json_of(p.attitude);
+    const auto pose_at = [&](double t) {
+        const Quat q =
+            turned_rad > 0 ? axis_angle(p.rate_rad_s, length(p.rate_rad_s) * t) * p.attitude : p.attitude;
+        const Pose moved = offset_at(motion, t);
+        const Quat turned = motion.empty() ? q : q * moved.orientation;
+        return Pose{p.position_m + p.velocity_m_s * t + rotate(q, moved.position_m) +
+                        rotate(turned, offset_m),
+                    turned};
+    };
+    if (turned_rad == 0 && (span_s == 0 || length(p.velocity_m_s) == 0) && motion.size() < 2) {
+        table["position_m"] = json_of(pose_at(0).position_m);
+        table["orientation"] = json_of(pose_at(0).orientation);
         return;
     }
     // Attitudes between rows take the shorter way: rows are at most a radian apart.
     const int steps = 1 + static_cast<int>(std::min(turned_rad, 1e5));
+    std::vector<double> times;
+    for (int i = 0; i <= steps; ++i)
+        times.push_back(span_s * i / steps);
+    for (const scene::TimedPose& row : motion)
+        if (row.time_s > 0 && row.time_s < span_s) times.push_back(row.time_s);
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
     std::string text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
-    for (int i = 0; i <= steps; ++i) {
-        const double t = span_s * i / steps;
-        const Vec3 at = p.position_m + p.velocity_m_s * t;
-        const Quat q =
-            turned_rad > 0 ? axis_angle(p.rate_rad_s, length(p.rate_rad_s) * t) * p.attitude : p.attitude;
+    for (const double t : times) {
+        const auto [at, q] = pose_at(t);
         text += fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", t, at.x,
                             at.y, at.z, q.w, q.x, q.y, q.z);
     }
@@ -66,8 +93,8 @@ void add_placement(Door& door, const Placement& p, json& table) {
 
 json camera_table(Door& door) {
     const CameraSettings& c = door.camera;
-    const double fx_px = c.width / 2.0 / std::tan(c.fov_x_rad / 2);
-    const double fy_px = c.height / 2.0 / std::tan(c.fov_y_rad / 2);
+    const double fx_px = c.width / 2.0 / c.lens.radius(c.fov_x_rad / 2);
+    const double fy_px = c.height / 2.0 / c.lens.radius(c.fov_y_rad / 2);
     // Any pitch makes the same picture; focal lengths of scene files begin at 0.1 mm, pitches end at 1 mm.
     const double pitch_um = std::clamp(200 / fx_px, 10.0, 1000.0);
     json table{{"width", c.width},
@@ -83,7 +110,15 @@ json camera_table(Door& door) {
         const double reach = std::hypot(c.psf.support_w, c.psf.support_h * fx_px / fy_px) / 2 + 1;
         table["psf_core_px"] = std::clamp(reach, 2.0, 128.0);
     }
-    add_placement(door, door.objects.at("camera").placement, table);
+    if (c.lens.projection != scene::Projection::pinhole) table["projection"] = name_of(c.lens.projection);
+    if (c.lens.distortion != PictureLens{}.distortion) {
+        table["distortion"] = "brown-conrady";
+        table["distortion_coefficients"] = c.lens.distortion;
+    }
+    // Through each point of the pupil the plane of focus is seen at the same place.
+    const auto [x_m, y_m] = c.pupil_point_m;
+    if (c.focus_m > 0) table["principal_offset_px"] = {fx_px * x_m / c.focus_m, fy_px * y_m / c.focus_m};
+    add_placement(door, door.objects.at("camera").placement, table, c.motion, {x_m, y_m, 0});
     return table;
 }
 

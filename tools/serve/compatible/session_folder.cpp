@@ -18,7 +18,7 @@ namespace obscura::tools::compatible {
 using service::Failure;
 using service::FailureCode;
 
-SessionFolder::SessionFolder() {
+SessionFolder::SessionFolder(std::uint64_t most_bytes) : most_bytes_(most_bytes) {
     std::string pattern = (std::filesystem::temp_directory_path() / "obscura-serve-XXXXXX").string();
     if (::mkdtemp(pattern.data()) == nullptr)
         throw HardwareError(fmt::format("{}: {}", pattern, std::strerror(errno)));
@@ -32,6 +32,7 @@ SessionFolder::~SessionFolder() {
 
 std::string SessionFolder::write(std::string_view ending, std::string_view content) {
     const std::filesystem::path file = path_ / fmt::format("{}{}", files_++, ending);
+    count(file.string(), content.size());
     std::ofstream out(file, std::ios::binary);
     out.write(content.data(), static_cast<std::streamsize>(content.size()));
     out.close();
@@ -59,7 +60,28 @@ void SessionFolder::sweep() {
 
 void SessionFolder::remove(const std::string& file) {
     std::error_code ignored;
+    if (const auto known = sizes_.find(file); known != sizes_.end()) {
+        bytes_ -= known->second;
+        sizes_.erase(known);
+    }
     if (std::filesystem::path(file).parent_path() == path_) std::filesystem::remove(file, ignored);
+}
+
+void SessionFolder::clear() {
+    while (!sizes_.empty())
+        remove(std::string(sizes_.begin()->first));
+    made_.clear();
+}
+
+void SessionFolder::count(const std::string& file, std::uint64_t bytes) {
+    const auto known = sizes_.find(file);
+    const std::uint64_t others = bytes_ - (known != sizes_.end() ? known->second : 0);
+    if (bytes > most_bytes_ || others > most_bytes_ - bytes)
+        throw Failure(FailureCode::too_large,
+                      fmt::format("{} bytes beside {} of textures, tables and meshes, allowed {} in all",
+                                  bytes, others, most_bytes_));
+    sizes_[file] = bytes;
+    bytes_ = others + bytes;
 }
 
 } // namespace obscura::tools::compatible

@@ -48,7 +48,7 @@ Background read_map(Request& r, const std::filesystem::path& file) {
 }
 
 /// The shipped catalogue, in the bands of the channels.
-Background shipped_stars() {
+Background shipped_stars(const std::array<ChannelBand, channels>& bands) {
     const auto file = config::find_shipped(config::shipped_stars, "bright");
     if (!file) throw Failure(FailureCode::internal, "setBackground: the shipped star catalogue is missing");
     Background stars;
@@ -57,7 +57,7 @@ Background shipped_stars() {
         Channels light{};
         for (std::size_t c = 0; c < channels; ++c)
             light[c] = renderer::star_irradiance_w_m2(
-                star, SpectralBand{channel_bands[c].from_nm * 1e-9, channel_bands[c].to_nm * 1e-9});
+                star, SpectralBand{bands[c].from_nm * 1e-9, bands[c].to_nm * 1e-9});
         stars.irradiance_w_m2.push_back(light);
     }
     return stars;
@@ -70,7 +70,7 @@ void set_background(Request& r) {
     Background& background = r.door.background;
     Background stars;
     if (name.ends_with(".bin")) {
-        stars = shipped_stars();
+        stars = shipped_stars(r.door.bands);
         r.reply.warn(
             fmt::format("setBackground: binary star maps are not public: {} stars of the Bright Star "
                         "Catalogue instead",

@@ -23,6 +23,8 @@ void generate(const Door& door, Reply& reply) {
         throw service::Failure(service::FailureCode::too_large,
                                fmt::format("generateMicroTasks: {} x {} pixels, allowed {} in all",
                                            camera.width, camera.height, most_tasks));
+    // Ten values a task, and their encoding.
+    reply.share = door.hold(static_cast<std::uint64_t>(pixels) * 10 * 3 * sizeof(Value));
     reply.set("utasks",
               micro_tasks(camera.width, camera.height, door.rendering.samples, camera.integration_s));
 }
@@ -34,7 +36,7 @@ void add_task_calls(Handlers& handlers) {
     handlers["renderMicroTasks"] = [](Request& r) {
         const std::vector<float> weights =
             weights_of(r.arguments.value("utasks"), r.door.camera.width, r.door.camera.height);
-        r.door.render(r.work);
+        r.door.render(windows_of(weights, r.door.camera.width), r.work);
         Picture& picture = *r.door.picture;
         for (std::size_t i = 0; i < picture.values.size(); ++i)
             picture.values[i] *= weights[i % weights.size()];

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -67,8 +68,10 @@ PicturePlanes planes_of(const Request& r, const NamedTexture& texture, const std
 /// channels; red, green and blue of OpenEXR go to channels by wavelength.
 void put_texels(Door& door, const std::string& name, NamedTexture& texture, const PicturePlanes& planes) {
     const std::string before = texture.file;
-    texture.file = door.own.write(planes.planes.size() == 3 ? ".exr" : ".fits", {});
-    save_floats(texture.file, planes);
+    const std::string file = door.own.write(planes.planes.size() == 3 ? ".exr" : ".fits", {});
+    door.own.count(file, planes.planes.size() * planes.planes[0].size() * sizeof(float));
+    save_floats(file, planes);
+    texture.file = file;
     for (auto& [object_name, object] : door.objects)
         for (const auto& [unit, worn] : object.worn_textures)
             if (worn == name) wear(object, unit, texture.file);
@@ -95,12 +98,62 @@ void update(Request& r) {
     const std::string& sent = r.arguments.bytes("data");
     const std::size_t most = static_cast<std::size_t>(texture.width) *
                              static_cast<std::size_t>(texture.height) * 4 * sizeof(float);
+    // Expanded, and as planes.
+    const service::MemoryAccount::Share share = r.door.hold(2 * most);
     const bool lz4 = r.arguments.has("use_lz4") && r.arguments.flag("use_lz4");
     const std::string data =
         lz4 ? expand_lz4(
                   sent, static_cast<std::size_t>(r.arguments.integer("size", 0, std::int64_t{1} << 32)), most)
             : inflate_packed(sent, most);
     put_texels(r.door, r.arguments.text("name"), texture, planes_of(r, texture, data));
+}
+
+/// Name of a picture of a sequence, whose number stands where the name has "%04d" or "%d"; empty: no such
+/// place.
+std::string numbered(const std::string& sequence, std::int64_t number) {
+    const std::size_t at = sequence.find('%'), end = sequence.find('d', std::min(at, sequence.size()));
+    if (at == std::string::npos || end == std::string::npos) return {};
+    const std::string_view digits = std::string_view(sequence).substr(at + 1, end - at - 1);
+    const bool padded = digits.size() == 2 && digits[0] == '0' && digits[1] >= '1' && digits[1] <= '9';
+    if (!digits.empty() && !padded) return {};
+    return sequence.substr(0, at) + fmt::format("{:0{}}", number, padded ? digits[1] - '0' : 1) +
+           sequence.substr(end + 1);
+}
+
+/// The file of a picture; empty: there is none.
+std::string frame_file(Request& r, const NamedTexture& texture, std::int64_t number) {
+    const auto found = r.door.files.find(numbered(texture.sequence, number));
+    return found ? found->string() : std::string();
+}
+
+std::int64_t first_number(Request& r, const NamedTexture& texture) {
+    return frame_file(r, texture, 0).empty() ? 1 : 0;
+}
+
+void create_video(Request& r) {
+    NamedTexture texture;
+    texture.sequence = r.arguments.text("filename");
+    texture.loop = r.arguments.flag("loop");
+    if (numbered(texture.sequence, 0).empty())
+        throw r.arguments.refused("filename", "files of videos are not read",
+                                  "a sequence of pictures such as film_%04d.png, from number 0 or 1 on");
+    texture.number = first_number(r, texture);
+    texture.file = frame_file(r, texture, texture.number);
+    if (texture.file.empty()) texture.file = r.door.files.existing(numbered(texture.sequence, 1)).string();
+    put(r.door.textures, r.arguments, "name", texture);
+}
+
+/// The next picture of a sequence; texels that the client sends are used at once.
+void update_dynamic(Request& r) {
+    NamedTexture& texture = named(r, "name");
+    if (texture.sequence.empty()) return;
+    std::int64_t next = texture.number + 1;
+    if (frame_file(r, texture, next).empty()) next = texture.loop ? first_number(r, texture) : texture.number;
+    texture.number = next;
+    texture.file = frame_file(r, texture, next);
+    for (auto& [object_name, object] : r.door.objects)
+        for (const auto& [unit, worn] : object.worn_textures)
+            if (worn == r.arguments.text("name")) wear(object, unit, texture.file);
 }
 
 void attach(Request& r) {
@@ -152,8 +205,8 @@ void add_texture_calls(Handlers& handlers) {
     handlers["createUserDataTexture"] = create;
     handlers["updateUserDataTexture"] = update;
     handlers["attachDynamicTexture"] = attach;
-    // Texels that the client sends are used at once; there is nothing else to be brought up to date.
-    handlers["updateDynamicTexture"] = [](Request& r) { (void)named(r, "name"); };
+    handlers["updateDynamicTexture"] = update_dynamic;
+    handlers["createVideoTexture"] = create_video;
     handlers["loadTextureObject"] = [](Request& r) {
         const std::string& file = r.arguments.text("filename");
         if (file.ends_with(".txr"))

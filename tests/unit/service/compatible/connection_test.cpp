@@ -41,7 +41,7 @@ public:
     std::atomic<int> calls{0}, rendering{0}, cancelled{0}, sessions{0};
     std::size_t picture_bytes = 100;
 
-    [[nodiscard]] std::unique_ptr<compatible::Session> open() override {
+    [[nodiscard]] std::unique_ptr<compatible::Session> open(service::MemoryAccount& /*memory*/) override {
         return std::make_unique<TestSession>(*this);
     }
 
@@ -82,7 +82,7 @@ struct Bench {
         server->add({Listener::unix_socket(path()),
                      [this, door](FileDescriptor socket, std::function<void()> wake) {
                          return std::make_unique<compatible::Connection>(std::move(socket), door, host,
-                                                                         std::move(wake));
+                                                                         memory, std::move(wake));
                      },
                      compatible::line_packet("[error] full").start});
         server_.start(std::move(server));
@@ -90,6 +90,7 @@ struct Bench {
     [[nodiscard]] std::string path() const { return server_.path(); }
 
     TestHost host;
+    service::MemoryAccount memory{std::uint64_t{64} << 20};
 
 private:
     class NoHost final : public service::Host {
@@ -299,7 +300,7 @@ TEST_CASE("requests wait outside while too many are to be done", "[service]") {
     CHECK(bench.host.calls == 50'001);
 }
 
-TEST_CASE("a client beyond the limit gets a line and is hung up on", "[service]") {
+TEST_CASE("a client beyond the limit gets a line, and its connection is closed", "[service]") {
     Bench bench({}, 1);
     Client first(bench);
     (void)first.ask("version");
@@ -321,6 +322,28 @@ TEST_CASE("a message that does not end is given up", "[service]") {
     REQUIRE(line);
     CHECK_THAT(find(*line, "data")->as<Bytes>()->data, ContainsSubstring("takes longer than 100 ms"));
     CHECK_FALSE(client.next());
+}
+
+TEST_CASE("a message for which there is no memory is one line, and others go on", "[service]") {
+    Bench bench;
+    Client other(bench);
+    (void)other.ask("version");
+    {
+        Client client(bench);
+        // 13 bytes each, and 80 once they are read.
+        client.call("setMetadata", {{"name", "n"}, {"value", List(2'000'000, Value(0.5))}});
+        const std::optional<Fields> line = client.next();
+        REQUIRE(line);
+        CHECK_THAT(find(*line, "data")->as<Bytes>()->data,
+                   ContainsSubstring("[error] ") && ContainsSubstring("that clients hold, allowed 67108864"));
+        CHECK_FALSE(client.next());
+        CHECK(*find(other.ask("version"), "version") == Value("test"));
+    }
+    test::until([&] { return bench.memory.used() == 0; });
+    // What fits is read, and given back once it has been done.
+    other.call("setMetadata", {{"name", "n"}, {"value", List(200'000, Value(0.5))}});
+    CHECK(*find(other.ask("version"), "version") == Value("test"));
+    CHECK(bench.memory.used() == 0);
 }
 
 TEST_CASE("noise of many clients leaves another's calls alone", "[service]") {

@@ -21,7 +21,7 @@ struct Bench {
 
     /// A request and its answer, as the connection hands them over.
     void call(const std::string& name, bool waits, bool fails = false) {
-        const std::uint64_t request = outbox.request_read();
+        const std::uint64_t request = outbox.requests_read(1);
         if (fails) outbox.add_line("[error] " + name, true);
         outbox.add_answer(request, {name}, waits, fails, now);
     }
@@ -66,8 +66,8 @@ TEST_CASE("answers that nobody reads take no memory", "[service]") {
 
 TEST_CASE("an answer that comes after the next request was read is dropped at once", "[service]") {
     Bench bench;
-    const std::uint64_t first = bench.outbox.request_read();
-    const std::uint64_t second = bench.outbox.request_read();
+    const std::uint64_t first = bench.outbox.requests_read(1);
+    const std::uint64_t second = bench.outbox.requests_read(1);
     bench.outbox.add_answer(first, {"first"}, true, false, bench.now);
     CHECK(bench.sent().empty());
     bench.outbox.add_answer(second, {"second"}, true, false, bench.now);
@@ -78,13 +78,13 @@ TEST_CASE("an answer that is begun is finished, one that is not is dropped", "[s
     Bench bench;
     bench.call("getImage", true);
     REQUIRE(bench.outbox.next(bench.now) != nullptr); // handed out, nothing taken
-    (void)bench.outbox.request_read();
+    (void)bench.outbox.requests_read(1);
     CHECK(bench.sent().empty());
 
     bench.call("getImage", true);
     REQUIRE(bench.outbox.next(bench.now) != nullptr);
     bench.outbox.advance(3);
-    (void)bench.outbox.request_read();
+    (void)bench.outbox.requests_read(1);
     REQUIRE(bench.outbox.next(bench.now) != nullptr);
     CHECK(bench.outbox.next(bench.now)->start == "getImage");
     CHECK(bench.outbox.sent() == 3);
