@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a client of the rendering server sees while others misbehave: the time of its calls, for each kind of misbehaviour.
 
-The client calls `status` and sets a key, in turn, over the Unix socket; the others come over TCP. Exit status 1 if a call of the
-client failed or the server ended; no verdict on the times.
+The client calls `status` and sets a key, in turn, over the Unix socket; the others come over TCP. Then the same at the door of the
+published client, where it moves an object and asks where it is. Exit status 1 if a call of the client failed or the server ended; no
+verdict on the times.
 
 Usage: serve_abuse.py OBSCURA [SECONDS]    of each kind (as /usr/bin/python3, which has Debian's numpy)
 """
@@ -22,8 +23,10 @@ import time
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "clients" / "python"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import obscura_client  # noqa: E402
 from obscura_client import messagepack, protocol  # noqa: E402
+from published_client import PublishedClient, door_abuse, qt_stream  # noqa: E402
 
 obscura, seconds = os.path.abspath(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 3
 FRAME = struct.Struct("<4sBBHIIQ")
@@ -144,8 +147,72 @@ class Abuser:
             time.sleep(0.5)
 
 
-def measured(camera, abuse):
-    """Times of the client's calls, us, while another process calls `abuse` again and again."""
+class DoorAbuser:
+    """The same at the door of the published client."""
+
+    def __init__(self, port):
+        self.port = port
+
+    def broken(self):
+        """Streams that cannot be read on: lengths that lie, endless nesting."""
+        for data in door_abuse.BROKEN.values():
+            door_abuse.reset(self.port, data)
+
+    def values(self):
+        """A message of 3,900,000 values, and one of 60 MiB of text."""
+        door_abuse.reset(self.port, door_abuse.values(3_900_000))
+        with contextlib.suppress(OSError, RuntimeError), PublishedClient("127.0.0.1", self.port) as client:
+            client.setMetadata("text", "x" * (30 << 20))
+            client.version()
+
+    def cut(self):
+        """A message that ends after any byte."""
+        door_abuse.cuts(self.port)
+
+    def resets(self):
+        """Connections that are reset in the middle of a picture."""
+        door_abuse.resets(self.port, 20)
+
+    def unread(self):
+        """2,000 pictures of 512 x 512 that nobody reads."""
+        with contextlib.suppress(OSError, RuntimeError), PublishedClient("127.0.0.1", self.port) as client:
+            client.render()
+            client.send_bytes(b"".join(qt_stream.message("getImage", {})) * 2000)
+            client.version()
+
+    def setters(self):
+        """100,000 setters whose answers nobody reads."""
+        with contextlib.suppress(OSError, RuntimeError), PublishedClient("127.0.0.1", self.port) as client:
+            client.send_bytes(door_abuse.MOVE * 100_000)
+            client.version()
+
+    def slow(self):
+        """200 connections that send a byte now and then."""
+        door_abuse.slow(self.port, 200, 0.1)
+
+    def many(self):
+        """2,000 connections at once."""
+        door_abuse.many(self.port, 2000)
+
+    def noise(self):
+        """Random bytes."""
+        door_abuse.noise(self.port, 50)
+
+    def renders(self):
+        """A picture of 65,536 samples a pixel, which is cancelled by the end of the connection."""
+        with contextlib.suppress(OSError, RuntimeError), PublishedClient("127.0.0.1", self.port) as client:
+            client.createBRDF("mate", "mate.brdf", 1.0)
+            client.createShape("ball", "sphere.shp", {"radius": 5.0})
+            client.createBody("ball", "ball", "mate", [])
+            client.setObjectPosition("ball", [0.0, 0.0, -10.0])
+            client.setNbSamplesPerPixel(65536)
+            client.render()
+            time.sleep(0.5)
+            client.send_bytes(b"\xff" * 100)  # an end without `close`
+
+
+def measured(calls, abuse):
+    """Times of the client's two calls, us, while another process calls `abuse` again and again."""
     def repeat():
         while True:
             abuse()
@@ -155,10 +222,7 @@ def measured(camera, abuse):
     spent, end = [], time.perf_counter() + seconds
     while time.perf_counter() < end:
         begin = time.perf_counter()
-        if len(spent) % 2:
-            camera.status()
-        else:
-            camera.set("sun", limb_darkening=(len(spent) % 100) / 100)
+        calls[len(spent) % 2]()
         spent.append(1e6 * (time.perf_counter() - begin))
         time.sleep(0.002)
     abusers.kill()
@@ -166,22 +230,31 @@ def measured(camera, abuse):
     return spent
 
 
+def report(title, server, abuser, calls):
+    print(f"{title}; load {os.getloadavg()[0]:.1f}; of {seconds:g} s each, us")
+    names = [name for name, member in vars(type(abuser)).items() if not name.startswith("_") and member.__doc__]
+    for name in ["nobody"] + names:
+        spent = measured(calls, (lambda: time.sleep(0.01)) if name == "nobody" else getattr(abuser, name))
+        with open(f"/proc/{server.pid}/status", encoding="ascii") as status:
+            resident = next(int(line.split()[1]) // 1024 for line in status if line.startswith("VmRSS"))
+        text = "" if name == "nobody" else " ".join(getattr(abuser, name).__doc__.split())
+        print(f"{name:14} p50 {numpy.median(spent):7.0f}  p99 {numpy.percentile(spent, 99):7.0f}  most {max(spent):7.0f}  "
+              f"{resident:5} MiB  {text}", flush=True)
+
+
 with tempfile.TemporaryDirectory(prefix="obscura-abuse-") as folder:
     path = os.path.join(folder, "socket")
-    server = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", folder],
-                              stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", folder, "--compatible",
+                               "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
     tcp = server.stdout.readline().split()[-1]
-    abuser = Abuser(tcp)
-    print(f"load {os.getloadavg()[0]:.1f}; of {seconds:g} s each, us")
+    server.stdout.readline()  # the Unix socket
+    door = int(server.stdout.readline().rsplit(":", 1)[1])
     with obscura_client.connect(path, 60) as camera:
-        names = [name for name, member in vars(Abuser).items() if not name.startswith("_") and member.__doc__]
-        for name in ["nobody"] + names:
-            spent = measured(camera, (lambda: time.sleep(0.01)) if name == "nobody" else getattr(abuser, name))
-            with open(f"/proc/{server.pid}/status", encoding="ascii") as status:
-                resident = next(int(line.split()[1]) // 1024 for line in status if line.startswith("VmRSS"))
-            text = "" if name == "nobody" else " ".join(getattr(Abuser, name).__doc__.split())
-            print(f"{name:14} p50 {numpy.median(spent):7.0f}  p99 {numpy.percentile(spent, 99):7.0f}  most {max(spent):7.0f}  "
-                  f"{resident:5} MiB  {text}", flush=True)
+        report("native protocol", server, Abuser(tcp),
+               (lambda: camera.set("sun", limb_darkening=0.5), camera.status))
+    with PublishedClient("127.0.0.1", door) as client:
+        report("door of the published client", server, DoorAbuser(door),
+               (client.version, lambda: (client.setObjectPosition("sun", [0.0, 0.0, 1.5e11]), client.getObjectPosition("sun"))))
     ended = server.poll()
     server.terminate()
     server.wait()
