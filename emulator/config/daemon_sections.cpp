@@ -348,7 +348,10 @@ config::Section section_of(ControlSection& s) {
                   "empty: they need none and may do what scene permits"),
         key("token_permission", &s.token_permission).help("What clients with the token may do"),
         key("unix_socket", &s.unix_socket)
-            .help("Absolute path of a Unix socket for the user and the group of the daemon; empty: none"),
+            .help(
+                "Absolute path of a Unix socket for the user and the group of the daemon; auto: calls in the "
+                "runtime folder of the service, else a name of its own beside the monitor's, where the verbs "
+                "of obscura find it; empty: none"),
         key("scenes", config::Path{&s.scenes, false, true})
             .help("Folder below which the scene files stand that the call scene.show may name, beside the "
                   "shipped ones; empty: the folder of the scene file"),
@@ -358,9 +361,10 @@ config::Section section_of(ControlSection& s) {
         if (!s.listen.empty())
             table.refuse_if_thrown("listen",
                                    [&s] { check_reach(s.listen, "127.0.0.1:5153", s.token_file.empty()); });
-        if (s.unix_socket.empty()) return;
+        if (s.unix_socket.empty() || s.unix_socket == automatic_calls) return;
         if (s.unix_socket.front() != '/' || s.unix_socket.size() > longest_socket_path())
-            table.refuse("unix_socket", fmt::format("\"{}\"; allowed is an absolute path of at most {} bytes",
+            table.refuse("unix_socket", fmt::format("\"{}\"; allowed are \"auto\" and an absolute path of at "
+                                                    "most {} bytes",
                                                     s.unix_socket, longest_socket_path()));
     };
     return section;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/call_server.hpp"
 
+#include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/realtime.hpp"
 #include "emulator/control/configuration_call.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/monitor/monitor.hpp"
+#include "emulator/monitor/monitor_paths.hpp"
 
 #include <fmt/format.h>
 
@@ -36,6 +38,19 @@ std::filesystem::path scenes_of(const DaemonConfig& config) {
                                          : std::filesystem::path(config.control.scenes);
 }
 
+/// A camera is not to stay down for a socket whose place nobody has chosen.
+void add_automatic_socket(std::vector<service::Listener>& listeners) {
+    const std::filesystem::path path = own_calls_socket();
+    try {
+        if (const std::string why = prepare_socket_folder(path.parent_path()); !why.empty())
+            throw HardwareError(fmt::format("{}: {}", path.string(), why));
+        remove_left_over_sockets(path.parent_path());
+        listeners.push_back(service::Listener::unix_socket(path));
+    } catch (const HardwareError& error) {
+        log_warning("calls: no socket: {}", error.what());
+    }
+}
+
 } // namespace
 
 CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& version)
@@ -57,7 +72,9 @@ void CallServer::start() {
     if (!section.token_file.empty())
         tokens.add(section.token_permission, service::read_token_file(section.token_file));
     if (!section.listen.empty()) listeners.push_back(service::Listener::tcp(section.listen, !tokens.empty()));
-    if (!section.unix_socket.empty())
+    if (section.unix_socket == automatic_calls)
+        add_automatic_socket(listeners);
+    else if (!section.unix_socket.empty())
         listeners.push_back(service::Listener::unix_socket(section.unix_socket));
     if (listeners.empty()) return;
     for (const service::Listener& listener : listeners) {

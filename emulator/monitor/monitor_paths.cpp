@@ -11,6 +11,7 @@
 #include <charconv>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <string_view>
 #include <system_error>
 
@@ -19,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view prefix = "obscurad-", suffix = ".socket";
+constexpr std::string_view prefix = "obscurad-", suffix = ".socket", calls_suffix = ".calls";
 
 std::string environment(const char* name) {
     const char* const value = std::getenv(name);
@@ -42,9 +43,19 @@ bool trusted(const fs::path& folder) {
            (::lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == ::geteuid());
 }
 
-bool is_monitor_name(const std::string& name) {
-    return name.rfind(prefix, 0) == 0 && name.size() > prefix.size() + suffix.size() &&
-           name.ends_with(suffix);
+/// Whether `name` is "obscurad-", something, `end`.
+bool is_socket_name(const std::string& name, std::string_view end) {
+    return name.rfind(prefix, 0) == 0 && name.size() > prefix.size() + end.size() && name.ends_with(end);
+}
+
+/// The process in the name of a socket; 0: there is none.
+pid_t process_of(const std::string& name) {
+    const std::string_view end = name.ends_with(suffix) ? suffix : calls_suffix;
+    if (!is_socket_name(name, end)) return 0;
+    const char* const last = name.data() + name.size() - end.size();
+    pid_t pid = 0;
+    const auto [stop, bad] = std::from_chars(name.data() + prefix.size(), last, pid);
+    return bad == std::errc{} && stop == last && pid > 0 ? pid : 0;
 }
 
 } // namespace
@@ -65,17 +76,27 @@ fs::path own_monitor_socket() {
     return own_monitor_folder() / fmt::format("{}{}{}", prefix, ::getpid(), suffix);
 }
 
+fs::path own_calls_socket() {
+    if (!environment("RUNTIME_DIRECTORY").empty()) return own_monitor_folder() / "calls";
+    return own_monitor_folder() / fmt::format("{}{}{}", prefix, ::getpid(), calls_suffix);
+}
+
+std::string prepare_socket_folder(const fs::path& folder) {
+    std::error_code error;
+    if (fs::create_directories(folder, error))
+        fs::permissions(folder, fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec, error);
+    if (error) return error.message();
+    struct stat status {};
+    if (::stat(folder.c_str(), &status) != 0) return std::strerror(errno);
+    return status.st_uid != ::geteuid() && status.st_uid != 0 ? "the folder belongs to another user" : "";
+}
+
 void remove_left_over_sockets(const fs::path& folder) {
     std::error_code error;
     std::vector<fs::path> left_over;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
-        const std::string name = entry.path().filename().string();
-        if (!is_monitor_name(name)) continue;
-        const char* const end = name.data() + name.size() - suffix.size();
-        pid_t pid = 0;
-        const auto [stop, bad] = std::from_chars(name.data() + prefix.size(), end, pid);
-        if (bad == std::errc{} && stop == end && pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH)
-            left_over.push_back(entry.path());
+        const pid_t pid = process_of(entry.path().filename().string());
+        if (pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH) left_over.push_back(entry.path());
     }
     for (const fs::path& socket : left_over)
         fs::remove(socket, error);
@@ -91,7 +112,7 @@ std::vector<fs::path> monitor_sockets() {
     for (const fs::path& folder : folders) {
         if (folder.empty() || !trusted(folder)) continue;
         for (const auto& entry : fs::directory_iterator(folder, error)) {
-            if (is_monitor_name(entry.path().filename().string())) found.push_back(entry.path());
+            if (is_socket_name(entry.path().filename().string(), suffix)) found.push_back(entry.path());
         }
     }
     std::sort(found.begin(), found.end());

@@ -62,16 +62,8 @@ void MonitorSocket::start() {
     };
     if (path_.native().size() > longest_socket_path())
         refuse(fmt::format("a path of at most {} bytes is allowed", longest_socket_path()));
+    if (const std::string why = prepare_socket_folder(path_.parent_path()); !why.empty()) refuse(why);
     std::error_code error;
-    if (std::filesystem::create_directories(path_.parent_path(), error))
-        std::filesystem::permissions(path_.parent_path(),
-                                     std::filesystem::perms::owner_all | std::filesystem::perms::group_read |
-                                         std::filesystem::perms::group_exec,
-                                     error);
-    if (error) refuse(error.message());
-    struct stat folder {};
-    if (::stat(path_.parent_path().c_str(), &folder) != 0) refuse(std::strerror(errno));
-    if (folder.st_uid != ::geteuid() && folder.st_uid != 0) refuse("the folder belongs to another user");
     if (std::filesystem::exists(path_, error)) {
         if (!std::filesystem::is_socket(path_, error)) refuse("exists, and is no socket");
         if (connect_to_monitor(path_)) refuse("another daemon serves it");

@@ -186,10 +186,12 @@ TEST_CASE("sockets of daemons that have gone are removed, no others", "[emulator
     for (const std::string& name : kept)
         touch(name);
     touch("obscurad-99999999.socket");
+    touch("obscurad-99999999.calls");
     remove_left_over_sockets(folder.path());
     for (const std::string& name : kept)
         CHECK(std::filesystem::exists(folder.path() / name));
     CHECK_FALSE(std::filesystem::exists(folder.path() / "obscurad-99999999.socket"));
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "obscurad-99999999.calls"));
 }
 
 TEST_CASE("a daemon's own monitor socket is found again", "[emulator]") {
@@ -199,10 +201,14 @@ TEST_CASE("a daemon's own monitor socket is found again", "[emulator]") {
     CHECK(own_monitor_folder() == folder.path() / "obscura");
     MonitorSocket server(own_monitor_socket(), echo);
     server.start();
+    CHECK(own_calls_socket() == folder.path() / "obscura" / fmt::format("obscurad-{}.calls", ::getpid()));
+    { const std::ofstream calls(own_calls_socket()); }
     const auto found = monitor_sockets();
+    CHECK(std::find(found.begin(), found.end(), own_calls_socket()) == found.end());
     CHECK(std::find(found.begin(), found.end(), server.path()) != found.end());
     ::setenv("RUNTIME_DIRECTORY", "/run/obscura-left:/run/other", 1);
     CHECK(own_monitor_folder() == "/run/obscura-left");
+    CHECK(own_calls_socket() == "/run/obscura-left/calls");
     ::unsetenv("RUNTIME_DIRECTORY");
 }
 

@@ -442,9 +442,8 @@ unix_socket = "relative"
 listen = "0.0.0.0:5153"
 )",
      "c.toml:5:10: control.listen: 0.0.0.0:5153: without token_file only addresses of the loopback interface "
-     "are allowed\nc.toml:4:15: control.unix_socket: \"relative\"; allowed is an absolute path of at most "
-     "107 "
-     "bytes"},
+     "are allowed\nc.toml:4:15: control.unix_socket: \"relative\"; allowed are \"auto\" and an absolute "
+     "path of at most 107 bytes"},
     {R"([scene]
 file = "scene.toml"
 [simulator]
