@@ -65,6 +65,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_fault_add();
 [[nodiscard]] std::unique_ptr<Verb> make_fault_clear();
 [[nodiscard]] std::unique_ptr<Verb> make_support_bundle();
+[[nodiscard]] std::unique_ptr<Verb> make_web();
 [[nodiscard]] std::unique_ptr<Verb> make_release();
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();
 [[nodiscard]] std::unique_ptr<Verb> make_truth();

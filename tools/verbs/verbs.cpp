@@ -56,6 +56,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"fault add", make_fault_add},
         VerbEntry{"fault clear", make_fault_clear},
         VerbEntry{"support-bundle", make_support_bundle},
+        VerbEntry{"web", make_web},
         VerbEntry{"release", make_release},
         VerbEntry{"truth", make_truth},
         VerbEntry{"sky", make_sky},

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Links of running web servers, which `obscura web` prints.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace obscura::tools {
+
+/// Links of the web servers of this user that run, in order of their processes.
+[[nodiscard]] std::vector<std::string> web_links();
+
+} // namespace obscura::tools
