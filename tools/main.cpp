@@ -43,7 +43,8 @@ void print_help() {
            "  obscura check config/demo.toml                        # is the configuration sound?\n"
            "  obscura render config/scenes/demo.toml -o demo.exr    # what the camera would see, W/m2\n"
            "  obscurad --config config/demo.toml &                  # start the camera\n"
-           "  obscura grab --address 127.0.0.1 --frames 25 -o out   # receive frames from it\n";
+           "  obscura grab --address 127.0.0.1 --frames 25 -o out   # receive frames from it\n"
+           "  obscura set ExposureTime=8000                         # change it while it runs\n";
     std::fputs(out.c_str(), stdout);
 }
 

@@ -3,7 +3,7 @@
 """The verbs of obscura that call a running daemon: values and frames are those of the Python client, refusals have one line and
 an exit status of their own, and an answer of a hostile daemon does no harm.
 
-Usage: operator_test.py OBSCURA SOURCE-DIRECTORY OBSCURAD
+Usage: operator_test.py OBSCURA SOURCE-DIRECTORY OBSCURAD OBSCURA-WEB
 Exit status 1 if a check failed, 77 without numpy.
 """
 import ctypes
@@ -12,6 +12,7 @@ import json
 import os
 import pathlib
 import random
+import shutil
 import socket
 import struct
 import subprocess
@@ -26,8 +27,9 @@ from gvcp_client import CONTROL, CONTROL_PRIVILEGE, NO_CONTROL, GvcpClient  # no
 from obscura_client import protocol  # noqa: E402
 from obscura_client.messagepack import pack  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
+from web_server import Web  # noqa: E402
 
-obscurad = os.path.abspath(sys.argv[3])
+obscurad, obscura_web = (os.path.abspath(program) for program in sys.argv[3:5])
 NO_DAEMON, CONTROLLED, NOT_ALLOWED, REFUSED = 69, 75, 77, 78
 
 
@@ -180,6 +182,47 @@ def controlled_by_another(run, camera, port):
     check("and the camera is open again", run("set", "Gain=6").stdout == "Gain=6\n" and camera.get("Gain") == 6)
 
 
+def over_the_web(camera, folder, monitor):
+    """The same through obscura-web, with a token, over HTTP and HTTPS."""
+    check("without a server there is no link", Verbs()("web").returncode == NO_DAEMON)
+    server = Web(obscura_web, "--socket", monitor, "--role", "operator")
+    check("the link is found", wait_for(lambda: Verbs()("web").stdout == server.link + "\n"), server.link)
+    run = Verbs("--url", server.link)
+    wait_for(lambda: run("get", "Gain").returncode == 0)  # once it has asked the daemon
+    check("get prints what the client gets", run.json("get")[0] == camera.get(), run("get"))
+    check("set prints what has changed", run.json("set", "ExposureTime=3000")[0] == {"ExposureTime": 3000} and
+          camera.get("ExposureTime") == 3000)
+    run.check_refused("a value out of range", REFUSED, "Gain: 99 is out of range, allowed 0 to", "set", "Gain=99")
+    check("features are those of the client", [row["name"] for row in run.json("features")[0]] == [row["name"] for row in camera.features()])
+    camera.start()
+    check("the acquisition stops and starts", [run("stop").stdout, run("start").stdout] == ["the camera has stopped\n", "the camera acquires\n"])
+    camera.set(TriggerSource="Line0")
+    said = run.json("frame", "-o", folder / "web.raw")[0]
+    check("a frame has its metadata and its pixels", (folder / "web.raw").stat().st_size == 2 * said["width"] * said["height"] and
+          f"FRAMEID = {said['frame']} " in (folder / "web.toml").read_text(), said)
+    run.check_refused("a role that may not", NOT_ALLOWED, "admin", "set", "Gain=3", "--force")
+    Verbs("--url", server.link[:-3] + "xxx").check_refused("a wrong token", NOT_ALLOWED, "token", "get")
+    Verbs("--url", "ftp://x").check_refused("another protocol", 64, "allowed are https://", "get")
+    Verbs("--url", f"https://127.0.0.1:{server.port}").check_refused("HTTP is not taken for HTTPS", NO_DAEMON, "", "get")
+    server.process.terminate()
+    server.process.wait(PATIENCE_S)
+    Verbs("--url", server.link).check_refused("a server that has gone", NO_DAEMON, "", "get")
+    if not shutil.which("openssl"):
+        return
+    certificate, key = folder / "crt", folder / "key"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+                    "-addext", "subjectAltName=DNS:localhost", "-out", certificate, "-keyout", key], capture_output=True, check=True)
+    server = Web(obscura_web, "--socket", monitor, "--tls-certificate", certificate, "--tls-key", key)
+    os.environ["OBSCURA_TOKEN"] = server.token
+    trusting = Verbs("--url", f"https://localhost:{server.port}", "--cacert", str(certificate))
+    check("over TLS with the token of the environment", wait_for(lambda: trusting("get", "Gain").returncode == 0), trusting("get", "Gain"))
+    for what, options in (("a certificate of nobody known", ["--url", f"https://localhost:{server.port}"]),
+                          ("a certificate of another name", ["--url", f"https://127.0.0.1:{server.port}", "--cacert", str(certificate)])):
+        Verbs(*options).check_refused(what, NO_DAEMON, "", "get")
+    server.process.terminate()
+    server.process.wait(PATIENCE_S)
+
+
 def hostile_daemon(folder):
     """Answers of a server that follows no rule: each verb ends with one line."""
     path = str(folder / "hostile")
@@ -245,6 +288,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-operator-") as temporary:
     check("without a daemon the status is 69, in one line", none.returncode == NO_DAEMON and none.stderr.count("\n") == 1, none)
     Verbs("--control", str(root / "nothing")).check_refused("also without a socket for calls", NO_DAEMON, "No such file", "get")
 
+    (root / "runtime" / "obscura").mkdir(parents=True, mode=0o700)
+    os.environ["XDG_RUNTIME_DIR"] = str(root / "runtime")
     hostile_daemon(root)
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -258,11 +303,25 @@ with tempfile.TemporaryDirectory(prefix="obscura-operator-") as temporary:
     check("the daemon starts", wait_for((root / "ready").exists))
     by_address, by_monitor = Verbs("--control", calls), Verbs("--socket", daemon.socket)
     with obscura_client.connect_camera(calls, timeout_s=PATIENCE_S) as one:
+        check("the daemon is found by its monitor", by_monitor("get", "Gain").stdout == "0\n", by_monitor("get", "Gain"))
         settings(by_address, one)
         acquisition_and_triggers(by_address, one)
         frames(by_address, one, root)
         controlled_by_another(by_address, one, gvcp)
+        check("scenes can be listed", "* scene.toml" in by_address("scene", "list").stdout, by_address("scene", "list"))
+        over_the_web(one, root, daemon.socket)
         by_address.check_refused("a scene that is not there", REFUSED, "no such file", "scene", "show", "nothing.toml")
+        check("faults are added", "percent=1" in by_address("fault", "add", "lose", "percent=1").stdout)
+        rules = by_address.json("fault", "list")[0]["rules"]
+        check("and listed", [rule["kind"] for rule in rules] == ["lose"] and rules[0]["percent"] == 1, rules)
+        by_address.check_refused("a parameter out of range", REFUSED, "percent", "fault", "add", "lose", "percent=101")
+        check("and cleared", by_address("fault", "clear").stdout == "no faults\n" and not by_address.json("fault", "list")[0]["rules"])
+        saved, said = bundle(by_monitor, root, True)
+        check("nothing is missing in it but the self-test", "missing: self-test.txt: " in said.stdout and said.stdout.count("missing") == 1, said)
+        entries = {entry["key"]: entry for entry in json.loads(saved["configuration.json"])["entries"]}
+        check("the configuration has its sources", entries["trigger.rate_hz"]["value"].startswith("10") and
+              entries["trigger.rate_hz"]["source"].startswith(str(daemon.config)), entries["trigger.rate_hz"])
+        check("the timing has frames", len(saved["camera0-timing.csv"].splitlines()) > 3)
     if os.geteuid() == 0:
         nobody = subprocess.run([obscura, "get", "--control", calls], capture_output=True, text=True, user=65534, group=65534, extra_groups=[])
         check("others may not", nobody.returncode == NOT_ALLOWED and nobody.stderr.count("\n") == 1, nobody)

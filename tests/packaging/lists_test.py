@@ -33,7 +33,7 @@ for package in needed + optional:
     if package not in build:
         complaints.append(f"debian/control: Build-Depends lacks {package} of scripts/packages.txt")
 development = listed("Depends", "Package: obscura-dev")
-programs_only = {"libboost-dev"}  # of which no installed library knows
+programs_only = {"libboost-dev", "libcurl4-openssl-dev"}  # of which no installed library knows
 for package in needed:
     if package.endswith("-dev") and package not in development | programs_only:
         complaints.append(f"debian/control: Depends of obscura-dev lacks {package} of scripts/packages.txt")

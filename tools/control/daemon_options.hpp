@@ -31,7 +31,10 @@ public:
 private:
     [[nodiscard]] std::string control_address(std::string_view verb) const;
 
-    std::string socket_, control_, token_file_;
+    [[nodiscard]] std::unique_ptr<DaemonCalls> connect_over_web(std::string_view verb,
+                                                                double patience_s) const;
+
+    std::string socket_, control_, token_file_, url_, authority_;
     std::uint32_t camera_ = 0;
 };
 
