@@ -42,7 +42,7 @@ json json_of(const Vec3& v) {
     return {v.x, v.y, v.z};
 }
 
-Answer answer_of(const transports::WatchedFrame& frame, const Arguments& arguments) {
+Answer answer_of(transports::WatchedFrame& frame, const Arguments& arguments) {
     const FrameInfo& info = frame.info;
     const auto width = static_cast<std::size_t>(info.width), height = static_cast<std::size_t>(info.height);
     const Quat& q = info.truth.camera.orientation;
@@ -60,9 +60,7 @@ Answer answer_of(const transports::WatchedFrame& frame, const Arguments& argumen
                    {"mid_exposure_tai_ns", info.truth.mid_exposure.ns + info.tai_offset_ns},
                    {"camera_position_m", json_of(info.truth.camera.position_m)},
                    {"camera_orientation", {q.w, q.x, q.y, q.z}}};
-    const auto end = frame.pixels.begin() + static_cast<std::ptrdiff_t>(width * height);
-    answer.arrays.push_back(
-        {"pixels", {height, width}, std::vector<std::uint16_t>(frame.pixels.begin(), end)});
+    answer.arrays.push_back({"pixels", {height, width}, std::move(frame.pixels)});
     service::encode(answer.arrays.back(), arguments.codec);
     return answer;
 }

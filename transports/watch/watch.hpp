@@ -5,6 +5,8 @@
 #include "core/event_count.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
+#include "transports/watch/frame_ring.hpp"
+#include "transports/watch/frame_ring_reader.hpp"
 
 #include <array>
 #include <atomic>
@@ -12,8 +14,8 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -25,16 +27,17 @@ struct WatchedFrame {
     FrameInfo info;
     std::uint32_t flags = 0;           ///< FrameFlag
     std::int32_t rows = 0;             ///< that are there; the others are 0
-    std::vector<std::uint16_t> pixels; ///< info.width x info.height, the first ones
+    std::vector<std::uint16_t> pixels; ///< info.width x info.height
 };
 
-/// Copies frames only while somebody looks, and at most as fast as its thread runs: a frame that comes while
-/// two others wait is left out. It takes every frame, so that the camera counts the same whether somebody
-/// looks or not. A thread of ordinary scheduling copies; the pipeline thread only puts a reference into a
-/// queue. Readers are thread-safe and never hold up the copying. Not supervised: looking may wait.
+/// Copies frames to a FrameRing, only while somebody looks, and at most as fast as its thread runs: a frame
+/// that comes while two others wait is left out. It takes every frame, so that the camera counts the same
+/// whether somebody looks or not. A thread of ordinary scheduling copies; the pipeline thread only puts a
+/// reference into a queue. Readers of this process are thread-safe, those of others read the ring; neither
+/// holds up the copying. Not supervised: looking may wait.
 class WatchTransport final : public Transport {
 public:
-    /// Copies of frames of `most_pixels`; `enter` is called first on the thread.
+    /// For frames of `most_pixels`; `enter` is called first on the thread. Throws HardwareError.
     WatchTransport(std::size_t most_pixels, std::function<void()> enter);
     ~WatchTransport() override;
 
@@ -47,38 +50,47 @@ public:
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
 
-    using Frames = std::shared_ptr<const WatchedFrame>;
-    /// The newest copy with a number above `after`, for which it waits until `until`, or `given_up` becomes
-    /// true; null: none came. Frames are copied from the first call on until some time after the last.
-    [[nodiscard]] Frames newest(std::uint64_t after, std::chrono::steady_clock::time_point until,
-                                const std::atomic<bool>& given_up);
+    /// Has frames copied from now on for `watched_ns`: all of them, or with a distance of at least
+    /// `period_ns`. The smallest period that somebody asks for within that time holds. Thread-safe.
+    void look(std::int64_t period_ns);
+    /// Who looks at a frame again within this time does not miss the next one.
+    static constexpr std::int64_t watched_ns = 2 * ns_per_s;
+
+    /// A copy of the newest frame with a number above `after`, for which it waits until `until`, or
+    /// `given_up` becomes true; none: none came. Looks meanwhile.
+    [[nodiscard]] std::optional<WatchedFrame> newest(std::uint64_t after,
+                                                     std::chrono::steady_clock::time_point until,
+                                                     const std::atomic<bool>& given_up);
+    /// For readers of other processes.
+    [[nodiscard]] FrameRing& ring() noexcept { return ring_; }
 
 private:
     void work();
     void copy(const Frame& frame, std::uint64_t number);
-    [[nodiscard]] std::shared_ptr<WatchedFrame> free_copy();
+    void look_locked(std::int64_t period_ns);
 
     const std::function<void()> enter_;
     FrameQueue queue_;
     EventCount wake_;
     std::atomic<bool> stopping_{false};
-    std::atomic<std::int64_t> watched_until_{0};       ///< CLOCK_MONOTONIC, ns
+    std::atomic<std::int64_t> watched_until_{0}; ///< CLOCK_MONOTONIC, ns
+    std::atomic<std::int64_t> period_ns_{0};
+    std::uint64_t seen_ = 0;   ///< pipeline thread: frames that came while somebody looked
+    std::int64_t next_ns_ = 0; ///< pipeline thread: earliest next frame that is copied
     std::array<std::uint64_t, frames_held> numbers_{}; ///< of frame k of the queue at k % frames_held
     std::uint64_t queued_ = 0;                         ///< pipeline thread: frames that were queued
     std::uint64_t copied_ = 0;                         ///< own thread: frames that were taken out
     std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
     std::thread thread_;
 
-    /// Memory of the copies; outlives readers that are late.
-    struct Copies {
-        std::mutex mutex;
-        std::vector<std::unique_ptr<WatchedFrame>> all;
-        std::vector<WatchedFrame*> free;
-    };
-    const std::shared_ptr<Copies> copies_;
-    mutable std::mutex mutex_; ///< of newest_
+    FrameRing ring_; ///< written by the own thread
+    const FrameRingReader reader_;
+
+    std::mutex mutex_; ///< of what follows
     std::condition_variable changed_;
-    Frames newest_;
+    std::int64_t period_until_ = 0;
+    std::uint64_t newest_number_ = 0, newest_serial_ = 0; ///< of the ring; 0: none since somebody looks
+    FrameInfo newest_info_;
 };
 
 } // namespace obscura::transports

@@ -4,9 +4,12 @@
 #include "tests/support/catch.hpp"
 #include "transports/watch/watch.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <optional>
 #include <thread>
 
 using namespace obscura;
@@ -36,7 +39,7 @@ struct WatchBench {
         frame->publish_rows(rows);
         return frame;
     }
-    WatchTransport::Frames newest(std::uint64_t after, std::chrono::milliseconds wait = 60s) {
+    std::optional<WatchedFrame> newest(std::uint64_t after, std::chrono::milliseconds wait = 60s) {
         return watch.newest(after, std::chrono::steady_clock::now() + wait, given_up);
     }
 };
@@ -64,7 +67,7 @@ TEST_CASE("a reader waits for a newer frame, until its time or until it gives up
     bench.watch.submit(bench.frame(1, height));
     const auto first = bench.newest(0);
     REQUIRE(first);
-    CHECK(bench.newest(0) == first);
+    CHECK(bench.newest(0).value().number == first->number);
     CHECK_FALSE(bench.newest(first->number, 0ms));
     std::thread camera([&] {
         std::this_thread::sleep_for(20ms);
@@ -113,24 +116,41 @@ TEST_CASE("rows that an abandoned frame does not have are 0", "[transports]") {
     CHECK((seen->flags & frame_partial) != 0);
 }
 
-TEST_CASE("readers that keep their frames hold up nobody", "[transports]") {
+TEST_CASE("frames are copied no faster than the fastest that looks has asked for", "[transports]") {
     WatchBench bench;
-    std::vector<WatchTransport::Frames> kept;
-    CHECK_FALSE(bench.newest(0, 0ms));
-    std::uint64_t id = 0;
-    while (kept.size() < 4) { // as many as there are copies
-        bench.watch.submit(bench.frame(++id, height));
-        kept.push_back(bench.newest(kept.empty() ? 0 : kept.back()->number));
-        REQUIRE(kept.back());
-    }
-    bench.watch.submit(bench.frame(++id, height));
-    while (bench.pool.in_use() > 0)
-        std::this_thread::yield();
-    CHECK(bench.newest(0) == kept.back());
-    CHECK(kept.front()->pixels[0] == 1);
-    kept.clear();
-    bench.watch.submit(bench.frame(++id, height));
-    const auto next = bench.newest(4);
-    REQUIRE(next);
-    CHECK(next->info.frame_id == id);
+    const auto copied = [&bench](std::int64_t frames, std::int64_t spacing_ns) {
+        const std::uint64_t before = bench.watch.counters().submitted;
+        const Time begin = MonotonicClock().now();
+        for (std::int64_t i = 0; i < frames; ++i) {
+            const FrameRef frame = bench.frame(1, height);
+            frame->info.seen = begin + i * spacing_ns; // within the time for which somebody looks
+            bench.watch.submit(frame);
+            while (bench.watch.counters().delivered < bench.watch.counters().submitted)
+                std::this_thread::yield();
+        }
+        return bench.watch.counters().submitted - before;
+    };
+    bench.watch.look(10 * ns_per_ms);
+    CHECK(copied(20, 2 * ns_per_ms) == 4);
+    bench.watch.look(4 * ns_per_ms); // another one
+    bench.watch.look(10 * ns_per_ms);
+    std::this_thread::sleep_for(50ms);
+    CHECK(copied(20, 2 * ns_per_ms) == 10);
+    const auto seen = bench.newest(0, 0ms);
+    REQUIRE(seen);
+    CHECK(seen->number == 39); // those that were left out are counted
+}
+
+TEST_CASE("a frame for programs of this process is that of the ring", "[transports]") {
+    WatchBench bench;
+    bench.watch.look(0);
+    bench.watch.submit(bench.frame(5, height));
+    const auto seen = bench.newest(0);
+    REQUIRE(seen);
+    const FrameRingReader reader(FileDescriptor(::dup(bench.watch.ring().descriptor())));
+    const auto shared = reader.read();
+    REQUIRE(shared);
+    CHECK(shared->header.number == seen->number);
+    CHECK(shared->header.frame_id == 5);
+    CHECK(std::equal(shared->pixels.begin(), shared->pixels.end(), seen->pixels.begin(), seen->pixels.end()));
 }
