@@ -41,6 +41,8 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
                     needed);
         frames = needed;
     }
+    if (config.monitor.keeps_frames() && !config.control.enabled())
+        frames += transports::WatchTransport::frames_held;
     imaging_ = std::make_unique<Imaging>(config, frames, threads, config.transports.kept_truth(),
                                          config.render.ahead, true);
     scene_fingerprint_ = scene_fingerprint(config.scene_file);
@@ -62,18 +64,22 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
         std::make_shared<images::SharedCards>(renderer::lens_cards(imaging_->renderer->scene().camera));
     transports_ = make_transports(config, *camera_, imaging_->clock, threads, std::move(ptp_status),
                                   autostart_.get(), lens_cards_);
-    if (config.control.enabled()) {
-        auto watch = std::make_unique<transports::WatchTransport>(
-            static_cast<std::size_t>(imaging_->camera.limits.rows_max) *
-                static_cast<std::size_t>(imaging_->camera.limits.sensor_width),
-            [cores = ordinary_cores(threads)] { enter_client_thread("watch", cores); });
-        watch_ = watch.get();
-        transports_.push_back(std::move(watch));
+    if (config.control.enabled() || config.monitor.keeps_frames()) {
+        try {
+            auto watch = std::make_unique<transports::WatchTransport>(
+                static_cast<std::size_t>(imaging_->camera.limits.rows_max) *
+                    static_cast<std::size_t>(imaging_->camera.limits.sensor_width),
+                [cores = ordinary_cores(threads)] { enter_client_thread("watch", cores); });
+            watch_ = watch.get();
+            transports_.push_back(std::move(watch));
+        } catch (const HardwareError& error) {
+            log_warning("monitor.frames: none are kept: {}", error.what());
+        }
     }
     std::vector<std::string> kinds;
     for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
-        kinds.emplace_back(transport->kind());
+        if (transport.get() != watch_) kinds.emplace_back(transport->kind()); // nothing leaves by it
     }
     timing_.set_transports(std::move(kinds));
     timing_.set_render(render_facts(config, threads));

@@ -80,7 +80,7 @@ public:
     /// A connection to the simulator port; empty: there is none. Between start() and stop(); thread-safe.
     [[nodiscard]] FileDescriptor connect_to_simulator();
 
-    /// Frames for programs that look at the camera; null: no calls are configured.
+    /// Frames for programs that look at the camera; null: neither calls nor monitor.frames.
     [[nodiscard]] transports::WatchTransport* watch() const noexcept { return watch_; }
 
     /// Injected faults of its transports; null: there are none. Between start() and stop().

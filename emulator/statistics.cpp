@@ -60,6 +60,7 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
                     c.triggers, c.frames, c.complete, c.late, c.missed_triggers, c.dropped, c.abandoned);
     for (const auto& transport : transports) {
         const transports::TransportCounters t = transport->counters();
+        if (transport->kind() == "watch" && t.submitted == 0) continue; // nobody has looked
         line += fmt::format("; {}: {} delivered, {} dropped", transport->kind(), t.delivered, t.dropped);
     }
     return line;

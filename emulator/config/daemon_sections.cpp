@@ -315,6 +315,10 @@ config::Section section_of(OutputsSection& s) {
     return section;
 }
 
+bool MonitorSection::keeps_frames() const {
+    return frames && socket != no_monitor;
+}
+
 config::Section section_of(MonitorSection& s) {
     config::Section section;
     section.name = "monitor";
@@ -323,6 +327,9 @@ config::Section section_of(MonitorSection& s) {
         key("socket", &s.socket)
             .help("Absolute path of the socket that obscura status and obscura events ask, for this user and "
                   "group; auto: a name of its own in the runtime folder, where they find it; off: none"),
+        key("frames", &s.frames)
+            .help("Hand the newest frames to programs that ask there, for the page of obscura-web; takes "
+                  "memory for seven frames more of each camera"),
     };
     section.check = [&s](const config::ReadTable& table) {
         if (s.socket == automatic_monitor || s.socket == no_monitor) return;

@@ -105,6 +105,10 @@ struct OutputsSection {
 /// [monitor]: the local socket that `obscura status` asks.
 struct MonitorSection {
     std::string socket = "auto"; ///< path, or see monitor_paths.hpp
+    bool frames = true;
+
+    /// Whether frames are kept for those who ask.
+    [[nodiscard]] bool keeps_frames() const;
 };
 
 /// [control]: where programs call the daemon; empty: nowhere.

@@ -6,6 +6,7 @@
 #include "core/log.hpp"
 #include "core/log_history.hpp"
 #include "emulator/daemon.hpp"
+#include "emulator/monitor/frame_verbs.hpp"
 #include "emulator/monitor/monitor_paths.hpp"
 #include "emulator/monitor/own_threads.hpp"
 
@@ -61,6 +62,11 @@ Monitor::Monitor(Daemon& daemon, std::string version)
           {"most", "Number of lines", 1, LogHistory::lines, LogHistory::lines}},
          [](const VerbArguments& a) { return events(a.at("after"), a.at("most")); }},
     };
+    std::vector<transports::WatchTransport*> watched;
+    for (std::size_t i = 0; i < daemon.camera_count(); ++i)
+        watched.push_back(daemon.unit(i).watch());
+    for (MonitorVerb& verb : frame_verbs(std::move(watched)))
+        verbs_.push_back(std::move(verb));
 }
 
 void Monitor::start() {

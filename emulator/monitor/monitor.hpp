@@ -16,9 +16,10 @@ namespace obscura::emulator {
 
 class Daemon;
 
-/// Answers the verbs "state" and "events" on the socket of [monitor]. It has no thread: the main thread,
-/// which is an ordinary one and owns the daemon, calls tick() several times a second, so that an answer takes
-/// a tick at most, and reads counters that real-time threads write without locks. Thread-bound.
+/// Answers the verbs "state", "events" and those of frame_verbs() on the socket of [monitor]. It has no
+/// thread: the main thread, which is an ordinary one and owns the daemon, calls tick() several times a
+/// second, so that an answer takes a tick at most, and reads counters that real-time threads write without
+/// locks. Thread-bound.
 class Monitor {
 public:
     /// `daemon` must outlive the monitor. `version` of the program. Opens nothing.

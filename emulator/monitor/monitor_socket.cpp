@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -35,7 +36,54 @@ FileDescriptor packet_socket() {
     return FileDescriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
+/// Room for the descriptors of an answer beside its bytes.
+struct Ancillary {
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(monitor_descriptors * sizeof(int))> bytes{};
+};
+
+/// Whether all of it was sent; does not wait.
+bool send_answer(int client, const MonitorAnswer& answer) {
+    iovec text{const_cast<char*>(answer.text.data()), answer.text.size()};
+    msghdr message{};
+    message.msg_iov = &text;
+    message.msg_iovlen = 1;
+    Ancillary ancillary;
+    if (const std::size_t bytes = answer.descriptors.size() * sizeof(int); bytes > 0) {
+        message.msg_control = ancillary.bytes.data();
+        message.msg_controllen = CMSG_SPACE(bytes);
+        cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+        rights->cmsg_level = SOL_SOCKET;
+        rights->cmsg_type = SCM_RIGHTS;
+        rights->cmsg_len = CMSG_LEN(bytes);
+        std::memcpy(CMSG_DATA(rights), answer.descriptors.data(), bytes);
+    }
+    return ::sendmsg(client, &message, MSG_NOSIGNAL | MSG_DONTWAIT) ==
+           static_cast<ssize_t>(answer.text.size());
+}
+
 } // namespace
+
+ssize_t receive_answer(int socket, std::span<char> answer, std::vector<FileDescriptor>* descriptors) {
+    iovec text{answer.data(), answer.size()};
+    Ancillary ancillary;
+    msghdr message{};
+    message.msg_iov = &text;
+    message.msg_iovlen = 1;
+    message.msg_control = ancillary.bytes.data();
+    message.msg_controllen = ancillary.bytes.size();
+    const ssize_t bytes = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+    if (bytes < 0) return bytes;
+    for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
+        if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_RIGHTS) continue;
+        for (std::size_t at = 0; CMSG_LEN(at + sizeof(int)) <= part->cmsg_len; at += sizeof(int)) {
+            int descriptor = -1;
+            std::memcpy(&descriptor, CMSG_DATA(part) + at, sizeof descriptor);
+            FileDescriptor owned(descriptor);
+            if (descriptors != nullptr) descriptors->push_back(std::move(owned));
+        }
+    }
+    return bytes;
+}
 
 FileDescriptor connect_to_monitor(const std::filesystem::path& path) {
     FileDescriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
@@ -107,10 +155,7 @@ bool MonitorSocket::answer_client(int client) {
         if (bytes < 0) return errno == EAGAIN || errno == EINTR;
         if (bytes == 0) return false;
         // One byte more than allowed is read of a longer packet; its text is refused as such.
-        const std::string answer = answer_({request_.data(), static_cast<std::size_t>(bytes)});
-        if (::send(client, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT) !=
-            static_cast<ssize_t>(answer.size()))
-            return false;
+        if (!send_answer(client, answer_({request_.data(), static_cast<std::size_t>(bytes)}))) return false;
     }
     return true;
 }

@@ -3,11 +3,15 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "emulator/monitor/monitor_verbs.hpp"
+
+#include <sys/types.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +20,8 @@ namespace obscura::emulator {
 
 /// Largest request and largest answer, bytes.
 constexpr std::size_t monitor_request_bytes = 4096, monitor_answer_bytes = 65536;
+/// Most descriptors of an answer.
+constexpr std::size_t monitor_descriptors = 2;
 
 /// Serves any number of requests on each connection, one answer for each. Never blocks: a client that does
 /// not read its answers is disconnected, and at most `most_clients` are served. Thread-bound.
@@ -23,7 +29,7 @@ class MonitorSocket {
 public:
     static constexpr std::size_t most_clients = 8;
     /// Makes the answer to one request, of at most monitor_answer_bytes; must not throw.
-    using Answer = std::function<std::string(std::string_view request)>;
+    using Answer = std::function<MonitorAnswer(std::string_view request)>;
 
     /// Opens nothing yet.
     MonitorSocket(std::filesystem::path path, Answer answer);
@@ -58,5 +64,9 @@ constexpr int monitor_patience_s = 5;
 /// Connects to a monitor socket; an empty descriptor if that is not possible, with the reason in errno. Its
 /// calls wait for monitor_patience_s at most.
 [[nodiscard]] FileDescriptor connect_to_monitor(const std::filesystem::path& path);
+/// Receives an answer as recv(2) does; descriptors that come with it are appended to `descriptors`, or closed
+/// if that is null.
+[[nodiscard]] ssize_t receive_answer(int socket, std::span<char> answer,
+                                     std::vector<FileDescriptor>* descriptors);
 
 } // namespace obscura::emulator

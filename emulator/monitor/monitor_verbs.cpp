@@ -70,7 +70,7 @@ VerbArguments arguments_of(const MonitorVerb& verb, const Json& request) {
     return arguments;
 }
 
-std::string answer_or_throw(const std::vector<MonitorVerb>& verbs, std::string_view text) {
+MonitorAnswer answer_or_throw(const std::vector<MonitorVerb>& verbs, std::string_view text) {
     if (text.size() > monitor_request_bytes)
         return refusal(fmt::format("a request has at most {} bytes", monitor_request_bytes));
     const Json request = Json::parse(text, nullptr, false);
@@ -81,15 +81,15 @@ std::string answer_or_throw(const std::vector<MonitorVerb>& verbs, std::string_v
     const auto verb = std::find_if(verbs.begin(), verbs.end(),
                                    [&name](const MonitorVerb& one) { return one.name == name; });
     if (verb == verbs.end()) return refusal(fmt::format("no such verb, allowed are {}", names_of(verbs)));
-    std::string answer = verb->answer(arguments_of(*verb, request));
-    if (answer.size() > monitor_answer_bytes)
+    MonitorAnswer answer = verb->answer(arguments_of(*verb, request));
+    if (answer.text.size() > monitor_answer_bytes)
         return refusal(fmt::format("{}: the answer has more than {} bytes", name, monitor_answer_bytes));
     return answer;
 }
 
 } // namespace
 
-std::string answer_request(const std::vector<MonitorVerb>& verbs, std::string_view request) noexcept {
+MonitorAnswer answer_request(const std::vector<MonitorVerb>& verbs, std::string_view request) noexcept {
     try {
         return answer_or_throw(verbs, request);
     } catch (const std::exception& error) {

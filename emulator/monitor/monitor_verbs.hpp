@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace obscura::emulator {
@@ -20,16 +21,26 @@ struct VerbParameter {
 /// Values of a verb's parameters by name, all of them set and within their ranges.
 using VerbArguments = std::map<std::string_view, std::uint64_t>;
 
+/// Answer to a request.
+struct MonitorAnswer {
+    MonitorAnswer(std::string json) : text(std::move(json)) {} // NOLINT(google-explicit-constructor)
+    MonitorAnswer(std::string json, std::vector<int> files)
+        : text(std::move(json)), descriptors(std::move(files)) {}
+
+    std::string text;             ///< a JSON object
+    std::vector<int> descriptors; ///< that are handed over with it; valid until the next request
+};
+
 /// One row of the table.
 struct MonitorVerb {
     std::string_view name, help;
     std::vector<VerbParameter> parameters;
-    std::function<std::string(const VerbArguments&)> answer; ///< gives a JSON object
+    std::function<MonitorAnswer(const VerbArguments&)> answer;
 };
 
 /// Answers a request, an object with "verb" and the parameters of that verb, with an object; a request that
 /// is not understood with {"error": WHY}. The verb "describe" lists the others. Never throws.
-[[nodiscard]] std::string answer_request(const std::vector<MonitorVerb>& verbs,
-                                         std::string_view request) noexcept;
+[[nodiscard]] MonitorAnswer answer_request(const std::vector<MonitorVerb>& verbs,
+                                           std::string_view request) noexcept;
 
 } // namespace obscura::emulator

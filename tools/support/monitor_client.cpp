@@ -18,14 +18,15 @@ MonitorClient::MonitorClient(const std::filesystem::path& socket)
     if (!socket_) throw HardwareError(fmt::format("{}: {}", socket.string(), std::strerror(errno)));
 }
 
-nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request) const {
+nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
+                                          std::vector<FileDescriptor>* descriptors) const {
     const auto refuse = [this](const std::string& why) {
         throw HardwareError(fmt::format("{}: {}", path_.string(), why));
     };
     const std::string text = request.dump();
     std::vector<char> answer(emulator::monitor_answer_bytes);
     if (::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) < 0) refuse(std::strerror(errno));
-    const ssize_t bytes = ::recv(socket_.get(), answer.data(), answer.size(), 0);
+    const ssize_t bytes = emulator::receive_answer(socket_.get(), answer, descriptors);
     if (bytes == 0) refuse("the daemon has ended the connection");
     if (bytes < 0)
         refuse(errno == EAGAIN ? fmt::format("no answer within {} s", emulator::monitor_patience_s)

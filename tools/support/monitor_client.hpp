@@ -20,7 +20,9 @@ public:
 
     /// Sends a request and waits for its answer, for 5 s at most. Throws HardwareError if the daemon goes, is
     /// silent or refuses.
-    [[nodiscard]] nlohmann::ordered_json ask(const nlohmann::ordered_json& request) const;
+    /// Descriptors that come with the answer are appended to `descriptors`, or closed if that is null.
+    [[nodiscard]] nlohmann::ordered_json ask(const nlohmann::ordered_json& request,
+                                             std::vector<FileDescriptor>* descriptors = nullptr) const;
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
 private:

@@ -10,8 +10,10 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -42,11 +44,11 @@ const std::vector<MonitorVerb> verbs{
      "Too much",
      {},
      [](const VerbArguments&) { return std::string(monitor_answer_bytes + 1, 'x'); }},
-    {"thrower", "Fails", {}, [](const VerbArguments&) -> std::string { throw std::runtime_error("why"); }},
+    {"thrower", "Fails", {}, [](const VerbArguments&) -> MonitorAnswer { throw std::runtime_error("why"); }},
 };
 
 std::string error_of(std::string_view request) {
-    return Json::parse(answer_request(verbs, request)).value("error", "");
+    return Json::parse(answer_request(verbs, request).text).value("error", "");
 }
 
 std::string ask(const FileDescriptor& client, MonitorSocket& server, const std::string& request) {
@@ -65,9 +67,9 @@ std::string echo(std::string_view request) {
 } // namespace
 
 TEST_CASE("a verb gets its parameters, or their defaults", "[emulator]") {
-    CHECK(answer_request(verbs, R"({"verb":"plain"})") == R"({"ok":1})");
-    CHECK(answer_request(verbs, R"({"verb":"sum"})") == R"({"sum":4})");
-    CHECK(answer_request(verbs, R"({"b":5,"verb":"sum","a":10})") == R"({"sum":15})");
+    CHECK(answer_request(verbs, R"({"verb":"plain"})").text == R"({"ok":1})");
+    CHECK(answer_request(verbs, R"({"verb":"sum"})").text == R"({"sum":4})");
+    CHECK(answer_request(verbs, R"({"b":5,"verb":"sum","a":10})").text == R"({"sum":15})");
 }
 
 TEST_CASE("a request that is not understood is answered with what is allowed", "[emulator]") {
@@ -89,7 +91,7 @@ TEST_CASE("a request that is not understood is answered with what is allowed", "
 }
 
 TEST_CASE("the table of verbs describes itself", "[emulator]") {
-    const Json table = Json::parse(answer_request(verbs, R"({"verb":"describe"})"));
+    const Json table = Json::parse(answer_request(verbs, R"({"verb":"describe"})").text);
     REQUIRE(table["verbs"].size() == verbs.size());
     CHECK(table["verbs"][1]["name"] == "sum");
     CHECK(table["verbs"][1]["parameters"][1] == Json::parse(R"({"name":"b","type":"integer","min":1,"max":5,
@@ -125,6 +127,36 @@ TEST_CASE("the monitor socket answers several clients and outlives rude ones", "
     server.serve();
     CHECK(server.clients() == MonitorSocket::most_clients);
     CHECK(ask(many.back(), server, "abcde") == "5 bytes");
+}
+
+TEST_CASE("descriptors come with an answer to those who take them", "[emulator]") {
+    const test::TempFolder folder;
+    const FileDescriptor one(::eventfd(7, EFD_CLOEXEC)), two(::eventfd(9, EFD_CLOEXEC));
+    MonitorSocket server(folder.path() / "one.socket", [&](std::string_view) {
+        return MonitorAnswer("{}", {one.get(), two.get()});
+    });
+    server.start();
+    const FileDescriptor client = connect_to_monitor(server.path());
+    const auto receive = [&](std::vector<FileDescriptor>* descriptors) {
+        REQUIRE(::send(client.get(), "{}", 2, MSG_NOSIGNAL) == 2);
+        server.serve();
+        std::vector<char> text(monitor_answer_bytes);
+        const ssize_t bytes = receive_answer(client.get(), text, descriptors);
+        return std::string(text.data(), static_cast<std::size_t>(std::max<ssize_t>(0, bytes)));
+    };
+    const auto open_files = [] {
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+    };
+    const auto before = open_files();
+    CHECK(receive(nullptr) == "{}");
+    CHECK(open_files() == before + 1); // the server's end of the connection
+    std::vector<FileDescriptor> taken;
+    CHECK(receive(&taken) == "{}");
+    REQUIRE(taken.size() == 2);
+    std::uint64_t value = 0;
+    CHECK(::read(taken[1].get(), &value, sizeof value) == sizeof value);
+    CHECK(value == 9);
+    CHECK((::fcntl(taken[0].get(), F_GETFD) & FD_CLOEXEC) != 0);
 }
 
 TEST_CASE("a client of the monitor that does not read is disconnected", "[emulator]") {
