@@ -14,8 +14,8 @@ namespace obscura::web {
 
 using Json = nlohmann::ordered_json;
 
-DaemonWatch::DaemonWatch(std::string socket, std::chrono::milliseconds period)
-    : socket_(std::move(socket)), period_(period) {
+DaemonWatch::DaemonWatch(std::string socket, std::chrono::milliseconds period, DaemonVisitor* visitor)
+    : socket_(std::move(socket)), period_(period), visitor_(visitor) {
     auto none = std::make_shared<Sighting>();
     none->error = "no daemon has been asked yet";
     none->at = std::chrono::steady_clock::now();
@@ -45,13 +45,22 @@ std::vector<WatchedEvent> DaemonWatch::events(std::uint64_t after, std::size_t m
     return {first, first + static_cast<std::ptrdiff_t>(count)};
 }
 
+void DaemonWatch::look_soon() {
+    {
+        const std::lock_guard lock(mutex_);
+        soon_ = true;
+    }
+    stopping_.notify_all();
+}
+
 void DaemonWatch::watch() {
     std::unique_lock lock(mutex_);
     while (!stop_) {
         lock.unlock();
         look();
         lock.lock();
-        stopping_.wait_for(lock, period_, [this] { return stop_; });
+        stopping_.wait_for(lock, period_, [this] { return stop_ || soon_; });
+        soon_ = false;
     }
 }
 
@@ -59,6 +68,7 @@ void DaemonWatch::look() {
     auto sighting = std::make_shared<Sighting>();
     std::vector<Json> events;
     std::map<std::int64_t, std::uint64_t> seen;
+    std::vector<std::int64_t> pids;
     try {
         for (const tools::MonitorClient& daemon : tools::connect_to_daemons(socket_)) {
             try {
@@ -74,6 +84,8 @@ void DaemonWatch::look() {
                 for (std::size_t k = 0; k < state.at("cameras").size(); ++k)
                     state["cameras"][k]["id"] = fmt::format("{}-{}", pid, k);
                 sighting->states.push_back(std::move(state));
+                pids.push_back(pid);
+                if (visitor_ != nullptr) visitor_->visit(daemon, pid);
             } catch (const std::exception& error) { // has gone meanwhile, or is another version
                 sighting->error = error.what();
             }
@@ -84,6 +96,7 @@ void DaemonWatch::look() {
     if (!sighting->states.empty()) sighting->error.clear();
     sighting->at = std::chrono::steady_clock::now();
     seen_ = std::move(seen);
+    if (visitor_ != nullptr) visitor_->visited(pids);
     const std::lock_guard lock(mutex_);
     latest_ = std::move(sighting);
     for (Json& event : events) {

@@ -12,9 +12,14 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
+
+namespace obscura::tools {
+class MonitorClient;
+}
 
 namespace obscura::web {
 
@@ -32,6 +37,16 @@ struct WatchedEvent {
     nlohmann::ordered_json event;
 };
 
+/// Asks daemons for more, on the thread of the watch.
+class DaemonVisitor {
+public:
+    virtual ~DaemonVisitor() = default;
+    /// Called with each daemon that has told its state.
+    virtual void visit(const tools::MonitorClient& daemon, std::int64_t pid) = 0;
+    /// Called after each look, with all of them.
+    virtual void visited(std::span<const std::int64_t> pids) = 0;
+};
+
 /// However many ask this watch, the daemons are asked `period` apart. All members but the constructor are
 /// thread-safe.
 class DaemonWatch {
@@ -39,7 +54,8 @@ public:
     static constexpr std::size_t most_events = 4096; ///< that are kept
 
     /// `socket`: of one daemon; empty: all of this machine that this user may ask.
-    DaemonWatch(std::string socket, std::chrono::milliseconds period);
+    /// `visitor` outlives this; null: none.
+    DaemonWatch(std::string socket, std::chrono::milliseconds period, DaemonVisitor* visitor = nullptr);
     ~DaemonWatch();
     DaemonWatch(const DaemonWatch&) = delete;
     DaemonWatch& operator=(const DaemonWatch&) = delete;
@@ -49,15 +65,19 @@ public:
     /// Events with ids above `after`, oldest first, at most `most`.
     [[nodiscard]] std::vector<WatchedEvent> events(std::uint64_t after, std::size_t most) const;
 
+    /// Ends the pause before the next look.
+    void look_soon();
+
 private:
     void watch();
     void look();
 
     const std::string socket_;
     const std::chrono::milliseconds period_;
+    DaemonVisitor* const visitor_;
     mutable std::mutex mutex_; ///< of what follows
     std::condition_variable stopping_;
-    bool stop_ = false;
+    bool stop_ = false, soon_ = false;
     std::shared_ptr<const Sighting> latest_;
     std::deque<WatchedEvent> events_;
     std::uint64_t last_id_ = 0;

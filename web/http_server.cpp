@@ -2,6 +2,7 @@
 #include "web/http_server.hpp"
 
 #include "core/error.hpp"
+#include "web/live_session.hpp"
 #include "web/problem.hpp"
 #include "web/stream.hpp"
 #include "web/worker.hpp"
@@ -107,6 +108,7 @@ struct Shared {
     Routes& routes;
     const DaemonWatch& watch;
     Worker& worker;
+    LiveServices live{};
     std::size_t connections = 0, streams = 0;
     std::map<std::string, std::size_t> of_address{};
 };
@@ -196,6 +198,15 @@ private:
             response.body = "too many connections\n";
         } else {
             response = shared_.routes.answer(request);
+        }
+        // Nothing else is wrong with a request that only lacks its upgrade.
+        if (response.status == 426 && is_live_upgrade(message) && buffer_.size() == 0 &&
+            shared_.live.pictures) {
+            if (shared_.live.viewers < LiveServices::most_viewers) {
+                begin_live_session(std::move(stream_), message, address_, shared_.live, shared_from_this());
+                return;
+            }
+            response = problem(503, "too-many-viewers", "too many viewers");
         }
         if (response.job) {
             take_job(*std::move(response.job));
@@ -377,15 +388,27 @@ public:
         refuse();
     }
 
+    ~Impl() {
+        if (live_) live_->stop(); // it delivers to the connections
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
     [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
 
     void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {
         Worker worker;
         shared_.emplace(Shared{limits_, routes, watch, worker});
+        shared_->live.pictures = live_;
+        shared_->live.refusal = [&routes](std::string_view token, const std::string& address) {
+            return routes.token_refusal(token, address);
+        };
         accept();
         look(stopped);
         io_.run();
     }
+
+    void serve_live(std::shared_ptr<LivePictures> pictures) { live_ = std::move(pictures); }
 
 private:
     void accept() {
@@ -424,6 +447,7 @@ private:
 
     const HttpLimits limits_;
     const Tls* const tls_;
+    std::shared_ptr<LivePictures> live_;
     std::optional<Shared> shared_; ///< outlives the connections, which operations of io_ keep alive
     asio::io_context io_{1};
     tcp::acceptor acceptor_;
@@ -436,6 +460,10 @@ HttpServer::~HttpServer() = default;
 
 std::uint16_t HttpServer::port() const {
     return impl_->port();
+}
+
+void HttpServer::serve_live(std::shared_ptr<LivePictures> pictures) {
+    impl_->serve_live(std::move(pictures));
 }
 
 void HttpServer::run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {

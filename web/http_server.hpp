@@ -16,6 +16,7 @@
 namespace obscura::web {
 
 class Tls;
+class LivePictures;
 
 /// What clients may take.
 struct HttpLimits {
@@ -42,6 +43,8 @@ public:
     HttpServer& operator=(const HttpServer&) = delete;
 
     [[nodiscard]] std::uint16_t port() const;
+    /// Serves live pictures, too; before run().
+    void serve_live(std::shared_ptr<LivePictures> pictures);
     /// Serves on this thread, and does jobs on one of its own, until `stopped`, which is asked five times a
     /// second, returns true. The arguments outlive the call.
     void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped);

@@ -9,6 +9,7 @@
 #include "web/daemon_watch.hpp"
 #include "web/http_server.hpp"
 #include "web/link_file.hpp"
+#include "web/live_pictures.hpp"
 #include "web/openapi.hpp"
 #include "web/routes.hpp"
 #include "web/stream.hpp"
@@ -23,6 +24,7 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -126,7 +128,10 @@ int serve(const Options& options) {
     HttpServer server(HttpLimits{}, options.address, tls ? &*tls : nullptr);
     const std::string host =
         fmt::format("{}:{}", options.address.substr(0, options.address.rfind(':')), server.port());
-    const DaemonWatch watch(options.socket, std::chrono::milliseconds(500));
+    const auto pictures = std::make_shared<LivePictures>();
+    DaemonWatch watch(options.socket, std::chrono::milliseconds(500), pictures.get());
+    pictures->when_wanted([&watch] { watch.look_soon(); });
+    server.serve_live(pictures);
     Routes routes({tokens, OwnNames(options.hosts, server.port(), secure), OBSCURA_VERSION}, watch);
     const std::string page = link(options, host, token);
     const LinkFile file(emulator::own_monitor_folder(), page);

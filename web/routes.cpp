@@ -86,6 +86,11 @@ Response Routes::checked_answer(const Request& request) {
     if (std::optional<Response> file = page_answer(path))
         return request.method == "GET" || request.method == "HEAD" ? *std::move(file)
                                                                    : not_allowed("GET, HEAD");
+    if (path == "/api/v1/live") {
+        Response response = problem(426, "upgrade", "a WebSocket of the protocol obscura.v1 is wanted");
+        response.headers.emplace_back("Upgrade", "websocket");
+        return response;
+    }
     const Match found = match(request.method, path);
     if (found.methods.empty()) return problem(404, "no-such-path", "the paths stand in /api/v1/openapi.json");
     if (found.route == nullptr) {
@@ -180,6 +185,18 @@ Holder Routes::admit(const Request& request, Role wanted) {
                                            : "this token is not known");
     refusal.response.headers.emplace_back("WWW-Authenticate", "Bearer");
     throw refusal;
+}
+
+std::optional<std::string> Routes::token_refusal(std::string_view token, const std::string& address) {
+    Request request;
+    request.bearer = token;
+    request.address = address;
+    try {
+        (void)admit(request, Role::viewer);
+    } catch (const Refusal& refusal) {
+        return refusal.type == "token" ? "this token is not known" : "too many wrong tokens; wait a minute";
+    }
+    return std::nullopt;
 }
 
 Response Routes::ready() const {

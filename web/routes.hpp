@@ -30,6 +30,9 @@ public:
 
     /// Never throws for what a request holds.
     [[nodiscard]] Response answer(const Request& request);
+    /// Why a client of that address may not look with that token; none: it may.
+    [[nodiscard]] std::optional<std::string> token_refusal(std::string_view token,
+                                                           const std::string& address);
     /// An event as text of the stream.
     [[nodiscard]] static std::string event_text(const WatchedEvent& event);
 

@@ -20,41 +20,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "clients" / "python"))
 import obscura_client  # noqa: E402
-
-CONFIG = """[scene]
-file = "{root}/tests/support/light_scene.toml"
-[render]
-samples_per_pixel = 1
-[trigger]
-rate_hz = 10
-[daemon]
-pool_frames = 24
-[gige]
-enabled = false
-[monitor]
-socket = "off"
-[control]
-unix_socket = "{folder}/calls"
-clients = 200
-[sensor.readout]
-width = 256
-height = 256
-"""
-
-
-def row_lateness(file):
-    """Microseconds by which each row left after its time, sorted."""
-    import csv
-
-    values = []
-    with open(file, newline="", encoding="utf-8") as lines:
-        for row in csv.DictReader(line for line in lines if not line.startswith("#")):
-            values += [float(v) for v in row["row_lateness_us"].split()]
-    return sorted(values)
-
-
-def at(values, share):
-    return values[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
+from loaded_camera import at, row_lateness, write_config  # noqa: E402
 
 
 class Load:
@@ -105,7 +71,11 @@ print(n)
 
 def measure(options, loaded):
     with tempfile.TemporaryDirectory(prefix="obscura-load-") as folder:
-        (pathlib.Path(folder) / "obscurad.toml").write_text(CONFIG.format(folder=folder, root=ROOT))
+        write_config(f"{folder}/obscurad.toml", 256, f"""[monitor]
+socket = "off"
+[control]
+unix_socket = "{folder}/calls"
+clients = 200""")
         daemon = subprocess.Popen([options.obscurad, "--config", f"{folder}/obscurad.toml", "--timing", f"{folder}/timing.csv"],
                                   stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         daemon.stdout.readline()  # ready

@@ -21,7 +21,7 @@ ALLOWED = {
     "emulator": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "service", "sync", "transports", "emulator"},
     "instrument": {"core", "service", "emulator", "tools", "instrument"},
     "tools": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator", "service", "tools"},
-    "web": {"core", "images", "emulator", "tools", "web"},
+    "web": {"core", "images", "transports", "emulator", "tools", "web"},
 }
 # Sub-folders of one folder, lowest level first; "." is the folder itself, "name.hpp" a file in it with another level. A
 # file may include its own level and those below.
