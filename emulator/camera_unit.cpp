@@ -178,6 +178,7 @@ void CameraUnit::take_on(const emulator::DaemonConfig& next) {
     lens_cards_->set(renderer::lens_cards(next_renderer_->scene().camera));
     retired_.push_back(std::exchange(imaging_->renderer, std::move(next_renderer_)));
     scene_fingerprint_ = next_fingerprint_;
+    positions_of_ = nullptr; // another renderer may have the same address
 }
 
 Heartbeats CameraUnit::heartbeats() const {
@@ -223,6 +224,14 @@ transports::FaultRules* CameraUnit::fault_rules() const noexcept {
     for (const auto& transport : transports_)
         if (transports::FaultRules* rules = transport->fault_rules()) return rules;
     return nullptr;
+}
+
+std::vector<BodyPosition> CameraUnit::body_positions(const FrameInfo& frame) {
+    if (positions_of_ != imaging_->renderer.get()) {
+        positions_ = std::make_unique<BodyPositions>(*imaging_->renderer);
+        positions_of_ = imaging_->renderer.get();
+    }
+    return positions_->of(frame);
 }
 
 void CameraUnit::release_control() {

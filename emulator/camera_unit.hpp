@@ -6,6 +6,7 @@
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/autostart.hpp"
+#include "emulator/body_positions.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/output_lines.hpp"
@@ -88,6 +89,9 @@ public:
     /// Time stamps of the newest frames.
     [[nodiscard]] const RecentTiming& recent_timing() const noexcept { return recent_timing_; }
 
+    /// Positions of bodies in a frame, through the lens of the present scene. Throws ConfigError.
+    [[nodiscard]] std::vector<BodyPosition> body_positions(const FrameInfo& frame);
+
     /// Takes control away from the clients of its transports.
     void release_control();
 
@@ -121,6 +125,8 @@ private:
     std::vector<std::unique_ptr<transports::Transport>> transports_;
     transports::WatchTransport* watch_ = nullptr; ///< the last one of them
     std::unique_ptr<SimulatorServer> simulator_;
+    std::unique_ptr<BodyPositions> positions_;         ///< null: nobody has asked
+    const renderer::Renderer* positions_of_ = nullptr; ///< whose scene positions_ has
     std::unique_ptr<OutputLines> outputs_;
     std::string address_ = "none";
     std::mutex commands_; ///< of run_between_commands() without a control thread

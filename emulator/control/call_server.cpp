@@ -59,7 +59,10 @@ CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& vers
       host_(version, cameras_of(daemon), scenes_of(daemon.config()),
             {[&monitor] { return monitor.state(); },
              [&daemon] { return std::filesystem::path(daemon.config().scene_file); },
-             [&daemon] { return describe_configuration(daemon.config()); }}) {}
+             [&daemon] { return describe_configuration(daemon.config()); },
+             [&daemon](std::size_t camera, const FrameInfo& frame) {
+                 return daemon.unit(camera).body_positions(frame);
+             }}) {}
 
 CallServer::~CallServer() {
     stop();

@@ -7,6 +7,7 @@
 #include "emulator/control/frame_call.hpp"
 #include "emulator/control/scene_call.hpp"
 #include "emulator/control/timing_call.hpp"
+#include "emulator/control/truth_call.hpp"
 #include "emulator/monitor/monitor.hpp"
 
 #include <utility>
@@ -63,6 +64,9 @@ public:
         calls.push_back(frame_call(cameras_));
         calls.push_back(stream_call(cameras_));
         calls.push_back(timing_call(cameras_));
+        calls.push_back(truth_call(cameras_, [this](std::size_t camera, const FrameInfo& frame) {
+            return host_.positions(camera, frame);
+        }));
         calls.push_back(configuration_call([this] { return host_.configuration(); }));
         for (service::Call& call : fault_calls(cameras_))
             calls.push_back(std::move(call));
@@ -127,6 +131,12 @@ std::filesystem::path ControlHost::shown_scene() {
     std::filesystem::path file;
     ask([this, &file] { file = sources_.scene(); });
     return file;
+}
+
+std::vector<BodyPosition> ControlHost::positions(std::size_t camera, const FrameInfo& frame) {
+    std::vector<BodyPosition> positions;
+    ask([&] { positions = sources_.positions(camera, frame); });
+    return positions;
 }
 
 std::unique_ptr<service::Session> ControlHost::open() {

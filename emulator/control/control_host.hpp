@@ -5,6 +5,7 @@
 #include "core/work_queue.hpp"
 #include "emulator/control/camera_calls.hpp"
 #include "emulator/control/scene_requests.hpp"
+#include "emulator/control/truth_call.hpp"
 #include "service/session.hpp"
 
 #include <nlohmann/json.hpp>
@@ -25,6 +26,7 @@ public:
         std::function<std::string()> state;            ///< Monitor::state()
         std::function<std::filesystem::path()> scene;  ///< file of the scene that is shown
         std::function<nlohmann::json()> configuration; ///< describe_configuration() of that in use
+        PositionsOf positions;                         ///< CameraUnit::body_positions()
     };
 
     /// `scenes`: see scene_calls().
@@ -46,6 +48,8 @@ public:
     [[nodiscard]] std::shared_ptr<const nlohmann::json> configuration();
     /// File of the scene that is shown. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::filesystem::path shown_scene();
+    /// Positions of bodies in a frame. Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] std::vector<BodyPosition> positions(std::size_t camera, const FrameInfo& frame);
 
     [[nodiscard]] std::string version() const override { return version_; }
     [[nodiscard]] std::unique_ptr<service::Session> open() override;

@@ -12,6 +12,8 @@ namespace obscura::transports {
 namespace {
 
 constexpr std::chrono::milliseconds look_period{50};
+/// Who wants no pixels needs no more frames than these.
+constexpr std::int64_t look_period_of_info_ns = 100 * ns_per_ms;
 
 } // namespace
 
@@ -104,6 +106,18 @@ std::optional<WatchedFrame> WatchTransport::newest(std::uint64_t after,
         if (now >= until || given_up) return std::nullopt;
         if (newest_number_ <= after || newest_number_ == frame.number)
             changed_.wait_until(lock, std::min(until, now + look_period));
+    }
+}
+
+std::optional<FrameInfo> WatchTransport::newest_info(std::chrono::steady_clock::time_point until,
+                                                     const std::atomic<bool>& given_up) {
+    std::unique_lock lock(mutex_);
+    while (true) {
+        look_locked(look_period_of_info_ns);
+        if (newest_number_ > 0) return newest_info_;
+        const auto now = std::chrono::steady_clock::now();
+        if (now >= until || given_up) return std::nullopt;
+        changed_.wait_until(lock, std::min(until, now + look_period));
     }
 }
 

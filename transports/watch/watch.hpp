@@ -61,6 +61,9 @@ public:
     [[nodiscard]] std::optional<WatchedFrame> newest(std::uint64_t after,
                                                      std::chrono::steady_clock::time_point until,
                                                      const std::atomic<bool>& given_up);
+    /// What is known of the newest frame, for which it waits as newest() does.
+    [[nodiscard]] std::optional<FrameInfo> newest_info(std::chrono::steady_clock::time_point until,
+                                                       const std::atomic<bool>& given_up);
     /// For readers of other processes.
     [[nodiscard]] FrameRing& ring() noexcept { return ring_; }
 

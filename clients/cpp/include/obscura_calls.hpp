@@ -911,6 +911,47 @@ struct Timing {
     }
 };
 
+/// Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected
+/// by the lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+struct Truth {
+    static constexpr const char* name = "truth";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+    /// Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+    std::optional<double> wait_s{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        detail::put(map, "wait_s", wait_s);
+        return map;
+    }
+
+    struct Result {
+        /// Number of the frame in its acquisition
+        std::optional<std::int64_t> frame{};
+        /// Middle of the exposure, TAI, for which all of it holds (ns)
+        std::optional<std::int64_t> mid_exposure_tai_ns{};
+        /// Inertial (array of 3 numbers; m)
+        std::vector<double> camera_position_m{};
+        /// Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+        std::vector<double> camera_orientation{};
+        /// Inertial (array of 3 numbers; m)
+        std::vector<double> sun_position_m{};
+        /// name; x and y of the origin in the image, px, pixel centres at integers, null where the lens shows
+        /// none; radius_px of the bounding sphere, null within it; range_m; position_m, inertial. At most 16
+        Value bodies{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {detail::optional<std::int64_t>(head["frame"]),
+                detail::optional<std::int64_t>(head["mid_exposure_tai_ns"]),
+                head["camera_position_m"].numbers(),
+                head["camera_orientation"].numbers(),
+                head["sun_position_m"].numbers(),
+                Value(head["bodies"])};
+    }
+};
+
 /// Lists every key of the configuration in use, as `obscurad --print-config` prints them.
 struct Configuration {
     static constexpr const char* name = "configuration";

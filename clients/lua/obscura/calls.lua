@@ -27,6 +27,7 @@ calls.kinds = {
   ["step"] = {camera = "integer"},
   ["frame"] = {camera = "integer", after = "integer"},
   ["timing"] = {camera = "integer", after = "integer", most = "integer"},
+  ["truth"] = {camera = "integer"},
   ["faults.list"] = {camera = "integer"},
   ["faults.set"] = {camera = "integer", rules = "list"},
 }
@@ -451,6 +452,26 @@ end
 ---@return obscura.TimingAnswer head
 function calls:timing(fields)
   return self:request("timing", fields)
+end
+
+---@class obscura.Truth
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field wait_s? number Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+
+---@class obscura.TruthAnswer
+---@field frame? integer Number of the frame in its acquisition
+---@field mid_exposure_tai_ns? integer Middle of the exposure, TAI, for which all of it holds (ns)
+---@field camera_position_m? number[] Inertial (array of 3 numbers; m)
+---@field camera_orientation? number[] Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+---@field sun_position_m? number[] Inertial (array of 3 numbers; m)
+---@field bodies? table<string, any>[] name; x and y of the origin in the image, px, pixel centres at integers, null where the lens shows none; radius_px of the bounding sphere, null within it; range_m; position_m, inertial. At most 16
+
+--- Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected by the
+--- lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+---@param fields? obscura.Truth
+---@return obscura.TruthAnswer head
+function calls:truth(fields)
+  return self:request("truth", fields)
 end
 
 ---@class obscura.ConfigurationAnswer

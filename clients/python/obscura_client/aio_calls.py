@@ -33,6 +33,7 @@ from .calls import (
     StatusAnswer,
     StepAnswer,
     TimingAnswer,
+    TruthAnswer,
 )
 
 
@@ -459,6 +460,21 @@ class AsyncCalls:
         """
         head, _ = await self._ask("timing", camera=camera, after=after, most=most)
         return cast(TimingAnswer, head)
+
+    async def truth(
+        self,
+        *,
+        camera: Optional[int] = None,
+        wait_s: Optional[float] = None,
+    ) -> TruthAnswer:
+        """Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected by
+        the lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+        """
+        head, _ = await self._ask("truth", camera=camera, wait_s=wait_s)
+        return cast(TruthAnswer, head)
 
     async def configuration(self) -> ConfigurationAnswer:
         """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""

@@ -270,6 +270,24 @@ class TimingAnswer(TypedDict, total=False):
     tai_offset_ns: int
 
 
+class TruthAnswer(TypedDict, total=False):
+    """Answer of truth."""
+
+    # Number of the frame in its acquisition
+    frame: int
+    # Middle of the exposure, TAI, for which all of it holds (ns)
+    mid_exposure_tai_ns: int
+    # Inertial (array of 3 numbers; m)
+    camera_position_m: List[float]
+    # Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+    camera_orientation: List[float]
+    # Inertial (array of 3 numbers; m)
+    sun_position_m: List[float]
+    # name; x and y of the origin in the image, px, pixel centres at integers, null where the lens shows none;
+    # radius_px of the bounding sphere, null within it; range_m; position_m, inertial. At most 16
+    bodies: List[Dict[str, Any]]
+
+
 class ConfigurationAnswer(TypedDict, total=False):
     """Answer of configuration."""
 
@@ -739,6 +757,21 @@ class Calls:
         """
         head, _ = self._ask("timing", camera=camera, after=after, most=most)
         return cast(TimingAnswer, head)
+
+    def truth(
+        self,
+        *,
+        camera: Optional[int] = None,
+        wait_s: Optional[float] = None,
+    ) -> TruthAnswer:
+        """Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected by
+        the lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+        """
+        head, _ = self._ask("truth", camera=camera, wait_s=wait_s)
+        return cast(TruthAnswer, head)
 
     def configuration(self) -> ConfigurationAnswer:
         """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""
