@@ -66,9 +66,10 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     told = json.loads(subprocess.run([obscura, "status", "--json", "--socket", path], capture_output=True, text=True).stdout)
     check("the state is that of the daemon", state["daemons"][0].keys() == told.keys() and
           state["daemons"][0]["daemon"]["pid"] == daemon.pid, state)
-    check("the metrics are those of obscura metrics", [line for line in one.ask("/metrics").text.splitlines() if line.startswith("#")] ==
+    # Of two instants: latencies have their lines once there is one.
+    check("the metrics are those of obscura metrics", wait_for(lambda: [line for line in one.ask("/metrics").text.splitlines() if line.startswith("#")] ==
           [line for line in subprocess.run([obscura, "metrics", "--socket", path], capture_output=True, text=True,
-                                           check=True).stdout.splitlines() if line.startswith("#")])
+                                           check=True).stdout.splitlines() if line.startswith("#")]))
     ready = one.ask("/readyz")
     told = json.loads(ready.text)
     check("readiness follows the verdict, which it tells", told["checks"]["daemon"] == "answers" and
