@@ -92,8 +92,9 @@ struct LivePictures::Viewer {
     Clock::time_point histogram_at{};
 };
 
-/// A picture that is to be made.
+/// A picture that is to be made, or the histogram alone of one that came too soon after another.
 struct LivePictures::Due {
+    bool picture = true;
     ViewerId viewer = 0;
     std::shared_ptr<Camera> camera;
     CameraId id;
@@ -352,13 +353,19 @@ std::vector<LivePictures::Due> LivePictures::due(Clock::time_point now, Clock::t
         const auto camera = cameras_.find(viewer.request->camera);
         if (camera == cameras_.end() || !camera->second->ring || camera->second->width == 0) continue;
         const std::uint64_t newest = camera->second->ring->newest();
-        if (newest <= camera->second->oldest || (newest <= viewer.last_serial && !viewer.changed)) continue;
-        const auto at = std::max(viewer.pace.time_of(1, now), bytes_.time_of(1, now));
+        const bool has_picture = newest <= viewer.last_serial && !viewer.changed;
+        if (newest <= camera->second->oldest || (has_picture && newest <= viewer.histogram_of)) continue;
+        auto at = std::max(viewer.pace.time_of(1, now), bytes_.time_of(1, now));
+        if (has_picture) {
+            at = viewer.histogram_at + histogram_period;
+            if (newest > camera->second->histogram_of)
+                at = std::max(at, camera->second->histogram_at + histogram_period);
+        }
         if (at > now) {
             next = std::min(next, at);
             continue;
         }
-        Due one{id, camera->second, viewer.request->camera, viewer.view};
+        Due one{!has_picture, id, camera->second, viewer.request->camera, viewer.view};
         one.flags = (viewer.hz < viewer.request->max_hz ? picture_rate_lowered : 0U) |
                     (viewer.view.bin > viewer.request->view.bin ? picture_view_lowered : 0U);
         one.last_number = viewer.last_number;
@@ -393,7 +400,7 @@ void LivePictures::serve(std::vector<Due>& due, std::unique_lock<std::mutex>& lo
                                            [&view](const Camera::Made& m) { return m.view == view; });
             if (made != camera.made.end()) {
                 pixels = made->pixels;
-            } else {
+            } else if (one.picture) {
                 pixels = std::make_shared<const std::vector<std::uint16_t>>(
                     reduced(frame->pixels, header.width, view));
                 camera.made.push_back({view, pixels});
@@ -419,21 +426,23 @@ void LivePictures::serve(std::vector<Due>& due, std::unique_lock<std::mutex>& lo
         if (!whole || found == viewers_.end()) continue;
         Viewer& viewer = *found->second;
         if (!viewer.request || viewer.request->camera != one.id) continue;
-        viewer.ready = viewer.changed = false;
-        viewer.last_serial = frame->serial;
-        const std::uint64_t number = frame->header.number;
-        const std::uint64_t skipped =
-            one.last_number > 0 && number > one.last_number ? number - one.last_number - 1 : 0;
-        viewer.last_number = number;
-        viewer.sent_at = now;
-        viewer.pace.take(1, now);
-        bytes_.take(static_cast<double>(picture_header_bytes + 2 * pixels->size()), now);
-        LiveDelivery picture;
-        picture.header =
-            picture_header(one.id.number, frame->header, view, one.flags,
-                           static_cast<std::uint32_t>(std::min<std::uint64_t>(skipped, UINT32_MAX)));
-        picture.pixels = std::move(pixels);
-        one.deliver(std::move(picture));
+        if (one.picture) {
+            viewer.ready = viewer.changed = false;
+            viewer.last_serial = frame->serial;
+            const std::uint64_t number = frame->header.number;
+            const std::uint64_t skipped =
+                one.last_number > 0 && number > one.last_number ? number - one.last_number - 1 : 0;
+            viewer.last_number = number;
+            viewer.sent_at = now;
+            viewer.pace.take(1, now);
+            bytes_.take(static_cast<double>(picture_header_bytes + 2 * pixels->size()), now);
+            LiveDelivery picture;
+            picture.header =
+                picture_header(one.id.number, frame->header, view, one.flags,
+                               static_cast<std::uint32_t>(std::min<std::uint64_t>(skipped, UINT32_MAX)));
+            picture.pixels = std::move(pixels);
+            one.deliver(std::move(picture));
+        }
         if (histogram.empty()) continue;
         viewer.histogram_of = camera.histogram_of;
         viewer.histogram_at = now;

@@ -40,7 +40,7 @@ void WatchTransport::stop() {
     stopping_ = true;
     wake_.notify();
     thread_.join();
-    for (; queue_.front(); ++copied_)
+    for (; queue_.front(); ++taken_)
         queue_.pop();
 }
 
@@ -49,15 +49,21 @@ bool WatchTransport::submit(const FrameRef& frame) noexcept {
     if (now_ns > watched_until_.load(std::memory_order_relaxed)) return true;
     const std::uint64_t number = ++seen_;
     const std::int64_t period_ns = period_ns_.load(std::memory_order_relaxed);
-    if (period_ns > 0 && now_ns < next_ns_) return true;
-    next_ns_ = now_ns + period_ns;
-    submitted_.fetch_add(1, std::memory_order_relaxed);
-    // One more place than the queue has: that of the next frame is free.
-    numbers_[queued_ % numbers_.size()] = number;
+    const bool too_soon = period_ns > 0 && now_ns < next_ns_;
+    if (too_soon) {
+        // Takes no place from those that are asked for.
+        if (queued_ != taken_.load(std::memory_order_acquire)) return true;
+    } else {
+        next_ns_ = now_ns + period_ns;
+        submitted_.fetch_add(1, std::memory_order_relaxed);
+    }
+    // One more place than the queue has: that of the next frame is free. By the end of a second period a
+    // newer frame has come, unless there is none.
+    places_[queued_ % places_.size()] = {number, too_soon ? next_ns_ + period_ns : 0};
     if (queue_.push(frame)) {
         ++queued_;
         wake_.notify();
-    } else {
+    } else if (!too_soon) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
     }
     return true;
@@ -76,8 +82,10 @@ void WatchTransport::look_locked(std::int64_t period_ns) {
     const std::int64_t now_ns = MonotonicClock().now().ns;
     if (now_ns > watched_until_) newest_number_ = newest_serial_ = 0; // frames have gone by since
     if (period_ns <= period_ns_ || now_ns > period_until_) {
+        const bool sooner = period_ns < period_ns_;
         period_ns_ = period_ns;
         period_until_ = now_ns + watched_ns;
+        if (sooner) wake_.notify();
     }
     watched_until_ = now_ns + watched_ns;
 }
@@ -121,20 +129,36 @@ std::optional<FrameInfo> WatchTransport::newest_info(std::chrono::steady_clock::
     }
 }
 
+Time WatchTransport::due(const Place& place) const noexcept {
+    return {period_ns_.load(std::memory_order_relaxed) > 0 ? place.not_before_ns : 0};
+}
+
 void WatchTransport::work() {
+    FrameRef held; // came too soon, and is the newest one
+    Place place;   // its own
     while (!stopping_) {
         const std::uint32_t seen = wake_.value();
         if (const FrameRef frame = queue_.front()) {
-            frame->wait_rows(frame->info.height);
-            copy(*frame, numbers_[copied_++ % numbers_.size()]);
+            held = {};
+            place = places_[taken_ % places_.size()];
+            if (place.not_before_ns == 0)
+                copy(*frame, place.number);
+            else
+                held = frame;
+            taken_.fetch_add(1, std::memory_order_release);
             queue_.pop();
+        } else if (held && MonotonicClock().now() >= due(place)) {
+            submitted_.fetch_add(1, std::memory_order_relaxed);
+            copy(*held, place.number);
+            held = {};
         } else if (!stopping_) {
-            wake_.wait(seen);
+            wake_.wait(seen, held ? due(place) : EventCount::never);
         }
     }
 }
 
 void WatchTransport::copy(const Frame& frame, std::uint64_t number) {
+    frame.wait_rows(frame.info.height);
     const std::uint64_t serial = ring_.write(frame, number);
     if (serial == 0) {
         dropped_.fetch_add(1, std::memory_order_relaxed);

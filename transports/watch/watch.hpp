@@ -51,7 +51,9 @@ public:
     [[nodiscard]] TransportCounters counters() const noexcept override;
 
     /// Has frames copied from now on for `watched_ns`: all of them, or with a distance of at least
-    /// `period_ns`. The smallest period that somebody asks for within that time holds. Thread-safe.
+    /// `period_ns`. The smallest period that somebody asks for within that time holds. A frame that comes too
+    /// soon and remains the newest one for another period is copied then, so that the last one of a series is
+    /// seen. Thread-safe.
     void look(std::int64_t period_ns);
     /// Who looks at a frame again within this time does not miss the next one.
     static constexpr std::int64_t watched_ns = 2 * ns_per_s;
@@ -68,7 +70,15 @@ public:
     [[nodiscard]] FrameRing& ring() noexcept { return ring_; }
 
 private:
+    /// What the queue does not say of a frame.
+    struct Place {
+        std::uint64_t number = 0;
+        std::int64_t not_before_ns = 0; ///< if no newer frame comes until then; 0: copied in any case
+    };
+
     void work();
+    /// When `place` is to be copied if no newer frame comes; CLOCK_MONOTONIC.
+    [[nodiscard]] Time due(const Place& place) const noexcept;
     void copy(const Frame& frame, std::uint64_t number);
     void look_locked(std::int64_t period_ns);
 
@@ -78,11 +88,11 @@ private:
     std::atomic<bool> stopping_{false};
     std::atomic<std::int64_t> watched_until_{0}; ///< CLOCK_MONOTONIC, ns
     std::atomic<std::int64_t> period_ns_{0};
-    std::uint64_t seen_ = 0;   ///< pipeline thread: frames that came while somebody looked
-    std::int64_t next_ns_ = 0; ///< pipeline thread: earliest next frame that is copied
-    std::array<std::uint64_t, frames_held> numbers_{}; ///< of frame k of the queue at k % frames_held
-    std::uint64_t queued_ = 0;                         ///< pipeline thread: frames that were queued
-    std::uint64_t copied_ = 0;                         ///< own thread: frames that were taken out
+    std::uint64_t seen_ = 0;                  ///< pipeline thread: frames that came while somebody looked
+    std::int64_t next_ns_ = 0;                ///< pipeline thread: earliest next frame that is copied
+    std::array<Place, frames_held> places_{}; ///< of frame k of the queue at k % frames_held
+    std::uint64_t queued_ = 0;                ///< pipeline thread: frames that were queued
+    std::atomic<std::uint64_t> taken_{0};     ///< own thread: frames that were taken out
     std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
     std::thread thread_;
 
