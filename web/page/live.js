@@ -170,7 +170,7 @@ export function Live({camera, may}) {
         <button onClick=${() => viewer?.zoom(viewer.scale * ZOOM_STEP)} aria-label="zoom in">+</button>
         <span class="scale">${picture ? `${figure(100 * viewer.scale, 3)} %` : ""}</span>
         <button aria-pressed=${String(held)} onClick=${() => setHeld(!held)}>hold</button>
-        <button aria-pressed=${String(overlay)} onClick=${() => setOverlay(!overlay)}>bodies</button>
+        <button aria-pressed=${String(overlay && !truth.error)} disabled=${!!truth.error} title=${truth.error?.message ?? "centres and limbs of the bodies"} onClick=${() => setOverlay(!overlay)}>bodies</button>
         <button aria-pressed=${String(drawing)} disabled=${!picture} onClick=${() => setDrawing(!drawing)}>draw region</button>
         <label>binned <select value=${reduce} onChange=${(e) => setReduce(e.target.value)}><option value="max">by maximum</option><option value="mean">by mean</option></select></label>
       </div>
@@ -189,7 +189,6 @@ export function Live({camera, may}) {
       </div>
       ${picture?.rateLowered && html`<${Note}>Fewer pictures than asked for: the server's share for all viewers is used up.<//>`}
       ${picture?.viewLowered && html`<${Note}>Coarser than asked for: the server's share for all viewers is used up.<//>`}
-      ${overlay && truth.error && html`<p class="note">Bodies: ${truth.error.message}</p>`}
     </div>
     <div class="side">
       <div class="panel"><h2>Frame</h2>${picture ? html`<${Facts} label="Frame" rows=${[
