@@ -8,6 +8,7 @@ Exit status 1 if a check failed, 77 without numpy.
 """
 import asyncio
 import json
+import math
 import os
 import pathlib
 import random
@@ -437,6 +438,37 @@ listen = "127.0.0.1:{port}"
     check("poses and steps are those of the simulator port, to the byte", fly(by_calls) == fly(by_port))
 
 
+def bodies_of_frames():
+    """Where `truth` sees bodies is where a pinhole at the pose of the frame has them."""
+    port = free_port(socket.SOCK_STREAM)
+    with Daemon(f"""[gige]
+enabled = false
+[simulator]
+enabled = true
+listen = "127.0.0.1:{port}"
+[sensor]
+pixel_pitch_um = 8
+""", 'source = "lockstep"') as daemon, daemon.camera() as camera:
+        check_refused("no frame has been looked at", "not-now", "no frame came", lambda: camera.call("truth", wait_s=0))
+        place, (w, x, y, z) = (-20000, 31, -17), (0.5004, -0.4997, 0.5001, -0.4998)
+        camera.pose("camera", 0.5, place, (w, x, y, z))
+        frame = camera.step(0.5)
+        told = camera.call("truth")
+        n = w * w + x * x + y * y + z * z
+        # Columns of the matrix from camera to inertial axes: right, down, ahead.
+        axes = ((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)),
+                (2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)),
+                (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z))
+        right, down, ahead = (sum(-p * a for p, a in zip(place, axis)) / n for axis in axes)
+        f = 50e3 / 8
+        wanted = ((WIDTH - 1) / 2 + f * right / ahead, (HEIGHT - 1) / 2 + f * down / ahead)
+        body = told["bodies"][0]
+        check("truth is of the newest frame", told["frame"] == frame["frame"] and len(told["bodies"]) == 1, (told, frame))
+        check("a body is where the pinhole has it", math.dist(wanted, (body["x"], body["y"])) < 0.001, (wanted, body))
+        check("the bounding sphere has its radius", abs(body["radius_px"] - f * 500 / math.hypot(*place)) < 0.01 * body["radius_px"], body)
+        check("its range is that to the origin", abs(body["range_m"] - math.hypot(*place)) < 1e-6, body)
+
+
 # Registers of docs/reference/features.md: AcquisitionStart and -Stop, FaultPercent by FaultSelector.
 ACQUISITION_START, ACQUISITION_STOP = 0xA104, 0xA108
 LOSE, SKIP_FRAME = 0xA500, 0xA500 + 4 * 8
@@ -508,5 +540,6 @@ with Daemon("[gige]\nenabled = false\n") as alone:
     hostile_clients(alone)
 another_scene()
 poses_and_steps()
+bodies_of_frames()
 beside_gige()
 sys.exit(end())
