@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "images/writers/frame_writer.hpp"
+#include "tools/support/answer_cards.hpp"
 #include "web/problem.hpp"
 
 #include <fmt/format.h>
@@ -21,33 +22,6 @@ namespace obscura::web {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Cards as those of files that the daemon writes (images/writers/card.cpp), as far as the call tells.
-images::Cards cards_of(const Json& head) {
-    const auto whole = [&](const char* name) { return head.value(name, std::int64_t{0}); };
-    const auto number = [&](const char* name) { return head.value(name, 0.0); };
-    images::Cards cards{{"FRAMEID", whole("frame"), "counts from 1 at acquisition start"},
-                        {"TRIGID", whole("trigger"), "trigger that asked for the frame"},
-                        {"BITS", whole("bits"), "depth of the converter"},
-                        {"EXPOSURE", 1e-6 * number("exposure_us"), "[s] requested exposure time"},
-                        {"GAIN", number("gain_db"), "[dB]"},
-                        {"TAI_EDGE", whole("edge_tai_ns"), "[ns] trigger edge, TAI"},
-                        {"TAI_MID", whole("mid_exposure_tai_ns"), "[ns] mid-exposure, TAI"},
-                        {"ROWS", whole("rows"), "that hold an image"},
-                        {"FLAGS", whole("flags"), "of the frame, bits"}};
-    const auto add = [&](const char* member, std::initializer_list<const char*> keys, const char* comment) {
-        const Json& values = head.contains(member) ? head[member] : Json::array();
-        std::size_t at = 0;
-        for (const char* key : keys) {
-            if (at < values.size() && values[at].is_number())
-                cards.push_back({key, values[at].get<double>(), comment});
-            ++at;
-        }
-    };
-    add("camera_position_m", {"CAM_X", "CAM_Y", "CAM_Z"}, "[m] position of the camera");
-    add("camera_orientation", {"CAM_QW", "CAM_QX", "CAM_QY", "CAM_QZ"}, "camera axes to inertial");
-    return cards;
-}
 
 /// What GET latest.json answers; counts and instants as strings, since they may not fit a double.
 Json known_of(const Json& head, std::size_t width, std::size_t height) {
@@ -86,7 +60,7 @@ std::string FrameFiles::file(std::string_view format, const tools::CallClient::A
     images::write_picture(path, kind,
                           {static_cast<std::int32_t>(shape[1]), static_cast<std::int32_t>(shape[0]),
                            frame.head.value("bits", 16), pixels},
-                          cards_of(frame.head));
+                          tools::cards_of_answer(frame.head));
     std::ifstream in(path, std::ios::binary);
     std::ostringstream text;
     text << in.rdbuf();

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of frames that a daemon has handed out by its call `frame`.
+// Names of the files of frames that a daemon has handed out by its call `frame`.
 #pragma once
 
 #include "images/writers/frame_writer.hpp"
-#include "tools/control/daemon_calls.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -11,10 +10,6 @@
 #include <string_view>
 
 namespace obscura::tools {
-
-/// Metadata of a frame, with the keys of images::frame_cards(); times are TAI. Members of the wrong type, or
-/// missing ones, are left out.
-[[nodiscard]] images::Cards cards_of_answer(const CallJson& head);
 
 /// Names of files as `obscura frame --output` gives them: a file for one frame, a folder for several.
 /// Thread-bound.

@@ -2,6 +2,7 @@
 // Verb `obscura frame`: saves frames of a running camera.
 #include "tools/control/calling_verb.hpp"
 #include "tools/control/saved_frame.hpp"
+#include "tools/support/answer_cards.hpp"
 #include "tools/support/interrupt.hpp"
 
 #include <fmt/format.h>
