@@ -8,6 +8,7 @@ Answers are compared with their schemas where jsonschema is installed (Debian pa
 failed.
 """
 import json
+import os
 import pathlib
 import re
 import signal
@@ -282,6 +283,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
 
     # A daemon that does not answer.
     daemon.send_signal(signal.SIGSTOP)
+    os.waitpid(daemon.pid, os.WUNTRACED)  # until the last thread has stopped
     waiting = []
     for _ in range(6):
         client = socket.create_connection(("127.0.0.1", server.port), PATIENCE_S)
