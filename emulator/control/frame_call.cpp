@@ -72,14 +72,18 @@ transports::WatchTransport& watch_of(const CameraCalls::Cameras& cameras, const 
 }
 
 /// The newest frame whose number is larger than `after`. Throws Failure.
-auto next_frame(transports::WatchTransport& watch, std::uint64_t after, const Arguments& arguments,
+auto next_frame(const CameraCalls::Cameras& cameras, std::uint64_t after, const Arguments& arguments,
                 const Work& work) {
     const auto until = std::chrono::steady_clock::now() +
                        std::chrono::microseconds(static_cast<std::int64_t>(arguments.wait_s * 1e6));
-    auto newest = watch.newest(after, until, work.cancelled());
+    auto newest = watch_of(cameras, arguments).newest(after, until, work.cancelled());
     if (work.cancelled()) throw service::cancelled();
     if (!newest)
-        throw Failure(FailureCode::not_now, fmt::format("frame: none came in {} s", arguments.wait_s));
+        throw Failure(FailureCode::not_now,
+                      fmt::format("frame: none came in {} s{}", arguments.wait_s,
+                                  checked_camera(cameras, arguments.camera).camera.acquiring()
+                                      ? ""
+                                      : "; the camera does not acquire until it is started"));
     return newest;
 }
 
@@ -106,13 +110,13 @@ struct StreamArguments : Arguments {
 
 /// Sends frames until it is cancelled, each of them the newest one at the time at which it may be sent.
 Answer stream(const CameraCalls::Cameras& cameras, StreamArguments arguments, Work& work) {
-    transports::WatchTransport& watch = watch_of(cameras, arguments);
+    (void)watch_of(cameras, arguments);
     work.grant(arguments.credits);
     std::uint64_t sent = 0, skipped = 0;
     while (arguments.frames == 0 || sent < arguments.frames) {
         work.await_credit();
         const std::uint64_t after = arguments.after > 0 ? arguments.after + arguments.every - 1 : 0;
-        auto newest = next_frame(watch, after, arguments, work);
+        auto newest = next_frame(cameras, after, arguments, work);
         const std::uint64_t number = newest->number;
         work.reserve(sizeof(std::uint16_t) * static_cast<std::uint64_t>(newest->info.width) *
                      static_cast<std::uint64_t>(newest->info.height));
@@ -152,7 +156,7 @@ service::Call frame_call(const CameraCalls::Cameras& cameras) {
         "asks again and again with the `number` of the last one sees the stream; frames that came meanwhile "
         "are skipped, and counted.",
         [&cameras](const Arguments& arguments, Work& work) {
-            auto newest = next_frame(watch_of(cameras, arguments), arguments.after, arguments, work);
+            auto newest = next_frame(cameras, arguments.after, arguments, work);
             return answer_of(*newest, arguments);
         });
     call.results = frame_results();
