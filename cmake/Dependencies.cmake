@@ -26,8 +26,6 @@ pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET libusb-1.0)
 pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
-# Its headers; the library is loaded by the first use (tools/control/http_client.cpp).
-pkg_check_modules(CURL REQUIRED libcurl)
 pkg_check_modules(CRYPTO REQUIRED IMPORTED_TARGET libcrypto)
 pkg_check_modules(SSL REQUIRED IMPORTED_TARGET libssl)
 # 1.6 (Debian 12) or 2.x (Debian 13); sync/gpio_input.cpp hides the difference.

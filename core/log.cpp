@@ -86,7 +86,7 @@ std::int64_t utc_ns() {
 
 void write_line(LogLevel level, const std::string& text, std::string_view message) {
     static const Journal journal;
-    history().add(level, text, utc_ns());
+    history().add(level, text, utc_ns(), message_id(message));
     if (journal.is_stderr() && journal.send(journal_entry(level, text, message))) return;
     const std::string line = journal.is_stderr() ? fmt::format("<{}>{}\n", static_cast<int>(level), text)
                                                  : fmt::format("{}{}\n", name_of(level), text);
@@ -162,12 +162,19 @@ void log_line(LogLevel level, std::string_view text, std::string_view message) {
     write_line(level, printable(text), message);
 }
 
-void LogHistory::add(LogLevel level, std::string_view text, std::int64_t utc_ns) {
+void LogHistory::add(LogLevel level, std::string_view text, std::int64_t utc_ns, std::string_view message) {
     const std::lock_guard lock(mutex_);
+    ++counts_[static_cast<std::size_t>(level)];
     Entry& entry = entries_[++last_id_ % lines];
     entry.utc_ns = utc_ns;
     entry.level = level;
     entry.bytes = text.copy(entry.text.data(), entry.text.size());
+    entry.message_bytes = message.copy(entry.message.data(), entry.message.size());
+}
+
+std::uint64_t LogHistory::count(LogLevel level) const {
+    const std::lock_guard lock(mutex_);
+    return counts_[static_cast<std::size_t>(level)];
 }
 
 std::vector<LoggedLine> LogHistory::after(std::uint64_t after, std::size_t most) const {
@@ -176,7 +183,11 @@ std::vector<LoggedLine> LogHistory::after(std::uint64_t after, std::size_t most)
     std::vector<LoggedLine> found;
     for (std::uint64_t id = std::max(after, gone); id < last_id_ && found.size() < most;) {
         const Entry& entry = entries_[++id % lines];
-        found.push_back({id, entry.utc_ns, entry.level, {entry.text.data(), entry.bytes}});
+        found.push_back({id,
+                         entry.utc_ns,
+                         entry.level,
+                         {entry.text.data(), entry.bytes},
+                         {entry.message.data(), entry.message_bytes}});
     }
     return found;
 }

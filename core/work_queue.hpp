@@ -8,12 +8,12 @@
 
 namespace obscura {
 
-/// Callers push without a lock, so that a caller that is not scheduled holds up nobody: the serving thread
-/// may have a higher priority than the callers. Closed at first. Thread-safe, not real-time safe.
+/// Lock-free push: a caller that is not scheduled holds up neither other callers nor the serving thread,
+/// which may have a higher priority. Closed at first. Thread-safe, not real-time safe.
 class WorkQueue {
 public:
     WorkQueue();
-    /// Closes the queue; by then nobody calls run() any more.
+    /// Closes the queue; no thread may be in run() any more.
     ~WorkQueue();
     WorkQueue(const WorkQueue&) = delete;
     WorkQueue& operator=(const WorkQueue&) = delete;

@@ -11,7 +11,6 @@
 #include "sync/sources/ptp_timer.hpp"
 #include "sync/sources/udp.hpp"
 #include "transports/file/settings.hpp"
-#include "transports/watch/watch.hpp"
 
 #include <fmt/format.h>
 
@@ -58,6 +57,17 @@ RenderFacts render_facts(const emulator::DaemonConfig& config, const ThreadPlan&
             .cores = cores};
 }
 
+renderer::RenderSettings render_settings(const emulator::DaemonConfig& config, std::size_t threads) {
+    renderer::RenderSettings settings;
+    settings.samples_per_pixel = static_cast<std::uint32_t>(config.render.samples_per_pixel);
+    settings.threads = static_cast<std::uint32_t>(threads);
+    settings.seed = config.daemon.seed;
+    settings.target_error = config.render.target_error;
+    settings.max_samples_per_pixel = static_cast<std::uint32_t>(config.render.max_samples_per_pixel);
+    settings.max_instants = static_cast<std::uint32_t>(config.render.max_instants);
+    return settings;
+}
+
 std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& config, scene::Scene scene,
                                                   const ThreadPlan& threads, bool wait_for_tiles) {
     const PinnedHere pinned(threads.render.cores); // threads that build the scene inherit the affinity
@@ -65,14 +75,8 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
     const std::size_t render_threads = config.render.threads > 0
                                            ? static_cast<std::size_t>(config.render.threads)
                                            : threads.render.cores.count();
-    renderer::RenderSettings settings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
-                                      static_cast<std::uint32_t>(render_threads),
-                                      config.daemon.seed,
-                                      config.render.target_error,
-                                      static_cast<std::uint32_t>(config.render.max_samples_per_pixel),
-                                      0,
-                                      static_cast<std::uint32_t>(config.render.max_instants),
-                                      [render = threads.render] { enter_render_worker(render); }};
+    renderer::RenderSettings settings = render_settings(config, render_threads);
+    settings.enter_worker = [render = threads.render] { enter_render_worker(render); };
     settings.wait_for_tiles = wait_for_tiles;
     settings.enter_loader = [tiles = threads.tiles] { enter_thread("tiles", tiles); };
     settings.loader_share = threads.tiles_share;
@@ -228,8 +232,7 @@ make_transports(const DaemonConfig& config, CameraControl& control, const Clock&
 
 std::size_t frames_needed(const DaemonConfig& config) {
     // The pipeline's, and the last one, under deadline.policy "repeat", which may be chosen while running.
-    return Releaser::frames_in_flight + 2 + config.transports.frames_held() +
-           (config.control.enabled() ? transports::WatchTransport::frames_held : 0);
+    return Releaser::frames_in_flight + 2 + config.transports.frames_held();
 }
 
 } // namespace obscura::emulator

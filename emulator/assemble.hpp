@@ -53,7 +53,7 @@ struct Imaging {
     CameraConfig camera;
     SceneClock nominal_scene{{}}; ///< of nominal_order()
     PoseRings poses;              ///< rings that a simulator writes to; empty without a simulator
-    std::unique_ptr<renderer::Renderer> renderer;
+    std::shared_ptr<renderer::Renderer> renderer; ///< who tells of a frame may share it
     std::unique_ptr<sensors::Detector> detector;
     std::unique_ptr<FrameMaker> maker;
     std::unique_ptr<FramePool> pool;
@@ -64,6 +64,9 @@ private:
 
 /// Settings of the configuration that decide what a frame costs, for the timing file.
 [[nodiscard]] RenderFacts render_facts(const DaemonConfig& config, const ThreadPlan& threads);
+
+/// The configured quality of rendering, for `threads` threads; without hooks.
+[[nodiscard]] renderer::RenderSettings render_settings(const DaemonConfig& config, std::size_t threads);
 
 /// Makes the renderer of `scene` with the configured settings; `wait_for_tiles`: see
 /// renderer::RenderSettings. Throws Error.
@@ -84,7 +87,7 @@ make_transports(const DaemonConfig& config, CameraControl& control, const Clock&
                 transports::ControlListener* listener = {},
                 std::shared_ptr<const images::SharedCards> camera_cards = {});
 
-/// Frames of the pool that the enabled transports and the pipeline may hold at one time.
+/// Frames of the pool that the enabled transports and the pipeline may hold at one time; viewers come on top.
 [[nodiscard]] std::size_t frames_needed(const DaemonConfig& config);
 
 } // namespace obscura::emulator

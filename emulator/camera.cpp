@@ -35,6 +35,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       clock_(clock),
       log_(log),
       settings_(config.initial),
+      settings_copy_(config.initial),
       next_trigger_rate_(config.trigger_rate),
       auto_exposure_(config.initial.exposure_ns),
       router_({config.limits.lines, config.over_trigger}, config.initial, clock, *this,
@@ -58,8 +59,8 @@ Camera::~Camera() {
 }
 
 CameraSettings Camera::settings() const {
-    const std::lock_guard lock(settings_mutex_);
-    return auto_exposure_.shown(settings_);
+    const std::lock_guard lock(copy_mutex_);
+    return auto_exposure_.shown(settings_copy_);
 }
 
 std::string Camera::explain(const CameraSettings& settings) const {
@@ -78,6 +79,10 @@ bool Camera::apply(const CameraSettings& settings) {
             auto_exposure_.shown(settings_).exposure_auto != settings.exposure_auto)
             auto_exposure_.restart(settings.exposure_ns);
         settings_ = settings;
+    }
+    {
+        const std::lock_guard lock(copy_mutex_);
+        settings_copy_ = settings;
     }
     router_.set(settings);
     // Without a configured rate the free run follows the chip, which depends on windows and exposure.
@@ -217,6 +222,11 @@ void Camera::add_transport(transports::Transport& transport) {
     transports_.push_back(&transport);
 }
 
+void Camera::add_viewers(transports::Transport& viewers) {
+    add_transport(viewers);
+    viewers_ = &viewers;
+}
+
 void Camera::notify(transports::CameraEvent event, Time t) noexcept {
     const std::int64_t tai_offset_ns = clock_.tai_offset_ns();
     for (transports::Transport* transport : transports_)
@@ -271,7 +281,7 @@ void Camera::make_frame() noexcept {
 
 /// Takes the settings of the next frame, and the exposure that ExposureAuto has reached.
 void Camera::take_settings() noexcept {
-    // Keep the old settings if the control side holds the lock: the new ones are not meant for this frame.
+    // Keep the old settings while apply() holds the lock: the new ones are not meant for this frame.
     if (settings_mutex_.try_lock()) {
         frame_settings_ = settings_;
         auto_exposure_.sample();
@@ -394,10 +404,14 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
             frame->info.line_status = line_status_line0 << line;
     router_.frame_begun(instants_of(order));
     frame->info.transmit = releaser_.transmit_timestamps();
-    bool taken = false;
-    for (transports::Transport* transport : transports_)
-        taken = transport->submit(frame) || taken;
+    bool taken = false, sent = transports_.size() == 1 && viewers_ != nullptr; // nothing is to be sent
+    for (transports::Transport* transport : transports_) {
+        const bool took = transport->submit(frame);
+        taken = taken || took;
+        sent = sent || (took && transport != viewers_);
+    }
     if (!taken) return false;
+    if (!sent) unsent_.fetch_add(1, std::memory_order_relaxed);
     frames_.fetch_add(1, std::memory_order_relaxed);
     sink_ = &releaser_.begin(
         frame, maker_.plan().release, maker_.scene_to_clock_ns(),
@@ -433,6 +447,7 @@ CameraCounters Camera::counters() const noexcept {
     c.dropped = dropped_.load(std::memory_order_relaxed);
     c.lod = maker_.lod_counters();
     c.frames = frames_.load(std::memory_order_relaxed);
+    c.unsent = unsent_.load(std::memory_order_relaxed);
     c.complete = released.complete;
     c.late = released.late;
     c.late_rows = released.late_rows;

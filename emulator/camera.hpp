@@ -62,8 +62,11 @@ struct CameraCounters {
     std::uint64_t dropped = 0;           ///< pool empty, or no transport took the frame
     LodCounters lod;                     ///< frames with tiles missing
     std::uint64_t frames = 0;            ///< frames passed to at least one transport
-    std::uint64_t complete = 0;          ///< frames with all rows released
-    std::uint64_t late = 0;              ///< complete frames with rows that were not ready in time
+    /// Of those, frames that viewers alone have taken: each transport for receivers refused them, because it
+    /// has none, or no room.
+    std::uint64_t unsent = 0;
+    std::uint64_t complete = 0; ///< frames with all rows released
+    std::uint64_t late = 0;     ///< complete frames with rows that were not ready in time
     std::uint64_t late_rows = 0;
     std::uint64_t stalled = 0, stalled_rows = 0; ///< see ReleaseCounters
     std::uint64_t abandoned = 0;    ///< frames with rows missing: aborted, or abandoned as too late
@@ -90,6 +93,9 @@ public:
     /// Adds a transport for all frames, which must outlive the camera, and gives it the next transmit slot.
     /// Before the transport starts. Throws ConfigError beyond max_transports.
     void add_transport(transports::Transport& transport);
+    /// As add_transport(), once, for one that frames do not leave by, such as the memory that viewers read: a
+    /// frame that no other transport has taken counts as unsent.
+    void add_viewers(transports::Transport& viewers);
 
     /// The nominal rate of Line0, software and action triggers; counts from the next acquisition_start() on.
     void set_trigger_rate(sync::RationalRate rate);
@@ -163,13 +169,15 @@ private:
     Releaser& releaser_;
     FramePool& pool_;
     std::vector<transports::Transport*> transports_;
+    const transports::Transport* viewers_ = nullptr; ///< one of them
     const Clock& clock_;
     LogRing& log_;
 
-    // Control side: one mutex for the calls of CameraControl, another for the settings alone, which the
-    // pipeline thread only tries to lock.
-    mutable std::mutex control_mutex_, settings_mutex_;
-    CameraSettings settings_;
+    // Control side: one mutex for the calls of CameraControl, another for the settings alone, which only
+    // apply() locks and the pipeline thread tries to. Those who read have a copy with a mutex of its own:
+    // they may be preempted with it, and new settings must not miss the next frame for that.
+    mutable std::mutex control_mutex_, settings_mutex_, copy_mutex_;
+    CameraSettings settings_, settings_copy_;
     Sequence sequence_;
     sync::RationalRate next_trigger_rate_; ///< under control_mutex_
 
@@ -198,7 +206,7 @@ private:
 
     std::atomic<std::uint32_t> last_sequence_step_{0}; ///< of the last frame
     std::uint64_t last_progress_ = UINT64_MAX;         ///< alive()
-    std::atomic<std::uint64_t> dropped_{0}, frames_{0};
+    std::atomic<std::uint64_t> dropped_{0}, frames_{0}, unsent_{0};
     std::thread thread_;
 };
 

@@ -3,13 +3,17 @@
 
 #include "emulator/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
+#include "service/failure.hpp"
 #include "service/tokens.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <future>
+#include <iterator>
 #include <optional>
 #include <ostream>
 #include <utility>
@@ -41,11 +45,13 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
                     needed);
         frames = needed;
     }
-    if (config.monitor.keeps_frames() && !config.control.enabled())
+    if (config.monitor.keeps_frames() || config.control.enabled())
         frames += transports::WatchTransport::frames_held;
     imaging_ = std::make_unique<Imaging>(config, frames, threads, config.transports.kept_truth(),
                                          config.render.ahead, true);
+    overlays_ = std::make_unique<FrameOverlays>(config.sensor, *imaging_->detector);
     scene_fingerprint_ = scene_fingerprint(config.scene_file);
+    probe_settings_ = std::make_shared<const ProbeSettings>(probe_settings(config));
     ReleaserSettings release;
     release.max_rows = imaging_->pool->max_rows();
     release.timing = config.camera.readout_timing;
@@ -78,8 +84,12 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
     }
     std::vector<std::string> kinds;
     for (const auto& transport : transports_) {
+        if (transport.get() == watch_) { // nothing leaves by it
+            camera_->add_viewers(*transport);
+            continue;
+        }
         camera_->add_transport(*transport);
-        if (transport.get() != watch_) kinds.emplace_back(transport->kind()); // nothing leaves by it
+        kinds.emplace_back(transport->kind());
     }
     timing_.set_transports(std::move(kinds));
     timing_.set_render(render_facts(config, threads));
@@ -174,11 +184,13 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
 void CameraUnit::take_on(const emulator::DaemonConfig& next) {
     releaser_->set_late_policy(next.deadline.policy, std::llround(next.deadline.grace_us * 1e3));
     if (!next_renderer_) return;
-    imaging_->maker->replace_renderer(*next_renderer_);
+    probed_scene_.reset();
     lens_cards_->set(renderer::lens_cards(next_renderer_->scene().camera));
-    retired_.push_back(std::exchange(imaging_->renderer, std::move(next_renderer_)));
     scene_fingerprint_ = next_fingerprint_;
-    positions_of_ = nullptr; // another renderer may have the same address
+    const std::lock_guard lock(scenes_);
+    const Time since = std::exchange(shown_since_, imaging_->clock.now());
+    imaging_->maker->replace_renderer(*next_renderer_);
+    retired_.push_back({std::exchange(imaging_->renderer, std::move(next_renderer_)), since});
 }
 
 Heartbeats CameraUnit::heartbeats() const {
@@ -192,7 +204,16 @@ Heartbeats CameraUnit::heartbeats() const {
 }
 
 void CameraUnit::tick() {
-    if (!retired_.empty() && imaging_->maker->uses(*imaging_->renderer)) retired_.clear();
+    // The next frame may be rendered with the new scene while this one is made with the one before.
+    if (const FrameMaker& maker = *imaging_->maker; !retired_.empty() && maker.uses(*imaging_->renderer)) {
+        // Destroyed after the lock, which takes time.
+        std::vector<Retired> unused;
+        const std::lock_guard lock(scenes_);
+        const auto first = std::partition(retired_.begin(), retired_.end(),
+                                          [&maker](const Retired& r) { return maker.uses(*r.renderer); });
+        std::move(first, retired_.end(), std::back_inserter(unused));
+        retired_.erase(first, retired_.end());
+    }
     std::vector<std::int64_t> pace_ns;
     for (const auto& transport : transports_)
         pace_ns.push_back(transport->pace_ns());
@@ -226,12 +247,47 @@ transports::FaultRules* CameraUnit::fault_rules() const noexcept {
     return nullptr;
 }
 
-std::vector<BodyPosition> CameraUnit::body_positions(const FrameInfo& frame) {
-    if (positions_of_ != imaging_->renderer.get()) {
-        positions_ = std::make_unique<BodyPositions>(*imaging_->renderer);
-        positions_of_ = imaging_->renderer.get();
+transports::DeviceFeatures* CameraUnit::device_features() const noexcept {
+    for (const auto& transport : transports_)
+        if (transports::DeviceFeatures* features = transport->device_features()) return features;
+    return nullptr;
+}
+
+std::optional<FrameScene> CameraUnit::scene_of(const FrameInfo& frame) const {
+    const auto origin = imaging_->maker->origins().find(frame.frame_id, frame.trigger_edge);
+    if (!origin) return std::nullopt;
+    const std::lock_guard lock(scenes_);
+    const auto made = [&](const std::shared_ptr<renderer::Renderer>& renderer, Time since) {
+        // Another renderer may have the address of one that is gone.
+        return origin->renderer == renderer.get() && frame.pose >= since;
+    };
+    if (made(imaging_->renderer, shown_since_)) return FrameScene{imaging_->renderer, *origin};
+    for (const Retired& retired : retired_)
+        if (made(retired.renderer, retired.since)) return FrameScene{retired.renderer, *origin};
+    return std::nullopt;
+}
+
+CameraUnit::ProbeSource CameraUnit::probe_source(const FrameInfo& frame) {
+    const auto refuse = [&](const char* why) {
+        return service::Failure(service::FailureCode::not_now,
+                                fmt::format("probe: frame {} {}", frame.frame_id, why));
+    };
+    const auto origin = imaging_->maker->origins().find(frame.frame_id, frame.trigger_edge);
+    if (!origin) throw refuse("is too old");
+    // Another renderer may have the address of one that is gone.
+    if (origin->renderer != imaging_->renderer.get() || frame.pose < shown_since_)
+        throw refuse("shows a scene that is gone");
+    auto scene = probed_scene_.lock();
+    if (!scene) {
+        scene = std::make_shared<const scene::Scene>(imaging_->renderer->scene());
+        probed_scene_ = scene;
     }
-    return positions_->of(frame);
+    return {std::move(scene), probe_settings_, *origin};
+}
+
+std::optional<SimulatorCounters> CameraUnit::simulator_counters() const {
+    if (!simulator_) return std::nullopt;
+    return simulator_->counters();
 }
 
 void CameraUnit::release_control() {

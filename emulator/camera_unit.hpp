@@ -6,10 +6,11 @@
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/autostart.hpp"
-#include "emulator/body_positions.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/frame_overlays.hpp"
 #include "emulator/output_lines.hpp"
+#include "emulator/pixel_probe.hpp"
 #include "emulator/recent_timing.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/simulator_server.hpp"
@@ -26,6 +27,7 @@
 #include <iosfwd>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -86,11 +88,31 @@ public:
 
     /// Injected faults of its transports; null: there are none. Between start() and stop().
     [[nodiscard]] transports::FaultRules* fault_rules() const noexcept;
+    /// Features of the control protocol of its transports; null: there is none. Between start() and stop().
+    [[nodiscard]] transports::DeviceFeatures* device_features() const noexcept;
     /// Time stamps of the newest frames.
     [[nodiscard]] const RecentTiming& recent_timing() const noexcept { return recent_timing_; }
 
-    /// Positions of bodies in a frame, through the lens of the present scene. Throws ConfigError.
-    [[nodiscard]] std::vector<BodyPosition> body_positions(const FrameInfo& frame);
+    /// The scene that a frame was made of; none: it has been replaced since, or the frame is too old.
+    /// Thread-safe.
+    [[nodiscard]] std::optional<FrameScene> scene_of(const FrameInfo& frame) const;
+    /// Thread-safe.
+    [[nodiscard]] FrameOverlays& overlays() noexcept { return *overlays_; }
+
+    /// What a pixel probe of a frame needs besides the frame.
+    struct ProbeSource {
+        std::shared_ptr<const scene::Scene> scene; ///< the same object while the scene is the same
+        std::shared_ptr<const ProbeSettings> settings;
+        FrameOrigin origin;
+    };
+    /// Throws service::Failure if the frame is of a scene that is not shown any more.
+    [[nodiscard]] ProbeSource probe_source(const FrameInfo& frame);
+
+    /// Scene that is shown, and rings of poses that a simulator sends; empty: there is none.
+    [[nodiscard]] const scene::Scene& scene() const { return imaging_->renderer->scene(); }
+    [[nodiscard]] const PoseRings& pose_rings() const noexcept { return imaging_->poses; }
+    /// Counters of the simulator port; none: there is none.
+    [[nodiscard]] std::optional<SimulatorCounters> simulator_counters() const;
 
     /// Takes control away from the clients of its transports.
     void release_control();
@@ -103,6 +125,7 @@ public:
     [[nodiscard]] Heartbeats heartbeats() const;
     [[nodiscard]] Camera& camera() noexcept { return *camera_; }
     [[nodiscard]] const Clock& clock() const noexcept { return imaging_->clock; }
+    [[nodiscard]] const FramePool& pool() const noexcept { return *imaging_->pool; }
 
 private:
     const bool uncontrolled_; ///< no client can start the acquisition
@@ -113,8 +136,14 @@ private:
     bool stopped_ = false;
     std::unique_ptr<Imaging> imaging_;
     std::uint64_t scene_fingerprint_ = 0, next_fingerprint_ = 0;
-    std::unique_ptr<renderer::Renderer> next_renderer_;        ///< set between prepare() and take_on()
-    std::vector<std::unique_ptr<renderer::Renderer>> retired_; ///< kept until no frame uses them
+    std::unique_ptr<renderer::Renderer> next_renderer_; ///< set between prepare() and take_on()
+    /// A scene that was shown before.
+    struct Retired {
+        std::shared_ptr<renderer::Renderer> renderer;
+        Time since; ///< see shown_since_
+    };
+    std::vector<Retired> retired_; ///< kept until no frame uses them
+    mutable std::mutex scenes_;    ///< of retired_, shown_since_ and Imaging::renderer
     /// Of the scene's camera, for files; frames that are under way at a reload may get those of the next
     /// scene.
     std::shared_ptr<images::SharedCards> lens_cards_;
@@ -125,8 +154,10 @@ private:
     std::vector<std::unique_ptr<transports::Transport>> transports_;
     transports::WatchTransport* watch_ = nullptr; ///< the last one of them
     std::unique_ptr<SimulatorServer> simulator_;
-    std::unique_ptr<BodyPositions> positions_;         ///< null: nobody has asked
-    const renderer::Renderer* positions_of_ = nullptr; ///< whose scene positions_ has
+    std::unique_ptr<FrameOverlays> overlays_;
+    std::shared_ptr<const ProbeSettings> probe_settings_;
+    std::weak_ptr<const scene::Scene> probed_scene_; ///< copy of the scene that is shown
+    Time shown_since_; ///< scheduling clock; frames that are prepared later show it
     std::unique_ptr<OutputLines> outputs_;
     std::string address_ = "none";
     std::mutex commands_; ///< of run_between_commands() without a control thread

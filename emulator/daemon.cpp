@@ -3,7 +3,9 @@
 
 #include "core/error.hpp"
 #include "core/realtime.hpp"
+#include "emulator/config/configuration_entries.hpp"
 #include "emulator/reload.hpp"
+#include "sync/pps_trigger.hpp"
 #include "sync/settings.hpp"
 #include "sync/software.hpp"
 
@@ -11,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -22,6 +25,11 @@ ClockState Daemon::TriggerLine::clock_state() const {
 
 bool Daemon::TriggerLine::lockstep() const {
     return dynamic_cast<const sync::SoftwareTrigger*>(source.get()) != nullptr;
+}
+
+std::optional<std::int64_t> Daemon::TriggerLine::offset_ns() const {
+    const auto* const pps = dynamic_cast<const sync::PpsTrigger*>(source.get());
+    return pps != nullptr ? pps->offset_ns() : std::nullopt;
 }
 
 void Daemon::TriggerLine::let_step(bool with_source) const {
@@ -41,6 +49,25 @@ Daemon::Daemon(emulator::DaemonConfig config) : config_(std::move(config)) {
                  config_.daemon.run < 0 ? ", the next one at each further acquisition" : "");
     for (std::size_t number = 0; number < line_count; ++number)
         wire(number, cameras);
+    note_configuration();
+}
+
+void Daemon::note_configuration() {
+    const std::string sha256 = configuration_sha256(configuration_entries(config_));
+    configured_utc_s_ =
+        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    log_info("configuration: sha256 {}", sha256);
+    const std::lock_guard lock(sha256_mutex_);
+    config_sha256_ = sha256;
+}
+
+std::string Daemon::config_sha256() const {
+    const std::lock_guard lock(sha256_mutex_);
+    return config_sha256_;
+}
+
+std::optional<PtpStatus> Daemon::ptp_status() const {
+    return ptp_ ? std::optional(ptp_->status()) : std::nullopt;
 }
 
 void Daemon::wire(std::size_t number, const std::vector<const emulator::DaemonConfig*>& cameras) {
@@ -151,8 +178,10 @@ std::string Daemon::reload(emulator::DaemonConfig next, const std::function<bool
             units_[i]->take_on(*cameras[i]);
         else
             units_[i]->dismiss();
-    if (refused.empty()) config_ = std::move(next);
-    return refused;
+    if (!refused.empty()) return refused;
+    config_ = std::move(next);
+    note_configuration();
+    return {};
 }
 
 void Daemon::replace_trigger(TriggerLine& line, const emulator::DaemonConfig& camera) {
@@ -224,21 +253,23 @@ void Daemon::report_refused_triggers() {
     }
 }
 
-bool Daemon::alive() {
-    bool moves = true;
-    Heartbeats workers;
-    const auto add = [&workers](const Heartbeats& more) {
-        workers.insert(workers.end(), more.begin(), more.end());
-    };
-    for (const auto& unit : units_) {
-        moves = unit->camera().alive() && moves;
+Heartbeats Daemon::heartbeats() const {
+    Heartbeats all;
+    const auto add = [&all](const Heartbeats& more) { all.insert(all.end(), more.begin(), more.end()); };
+    for (const auto& unit : units_)
         add(unit->heartbeats());
-    }
     for (const auto& line : lines_)
         if (line->source) add(line->source->heartbeats());
-    if (ptp_) workers.push_back(&ptp_->heartbeat());
+    if (ptp_) all.push_back(&ptp_->heartbeat());
+    return all;
+}
+
+bool Daemon::alive() {
+    bool moves = true;
+    for (const auto& unit : units_)
+        moves = unit->camera().alive() && moves;
     const Time now = units_.front()->clock().now();
-    const bool alive = supervisor_.all_alive(workers, moves, now);
+    const bool alive = supervisor_.all_alive(heartbeats(), moves, now);
     if (alive) {
         last_alive_ = now;
         silence_reported_ = false;
@@ -264,7 +295,8 @@ std::string Daemon::statistics_of(std::size_t camera) const {
                 return one->statistics_json({.name = line->source_name(),
                                              .clock = line->clock_state(),
                                              .lockstep = line->lockstep(),
-                                             .refused = line->refused()});
+                                             .refused = line->refused(),
+                                             .offset_ns = line->offset_ns()});
     return units_.at(camera)->statistics_json({});
 }
 

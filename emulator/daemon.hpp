@@ -19,6 +19,8 @@
 #include <functional>
 #include <iosfwd>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -85,6 +87,14 @@ public:
     [[nodiscard]] CameraUnit& unit(std::size_t number) noexcept { return *units_.at(number); }
     /// Configuration in use.
     [[nodiscard]] const emulator::DaemonConfig& config() const noexcept { return config_; }
+    /// configuration_sha256() of it. Thread-safe.
+    [[nodiscard]] std::string config_sha256() const;
+    /// When it was taken on, in s since 1970 UTC.
+    [[nodiscard]] double configured_utc_s() const noexcept { return configured_utc_s_; }
+    /// What ptp4l says of this machine's clock; none: ptp.enabled is off.
+    [[nodiscard]] std::optional<PtpStatus> ptp_status() const;
+    /// Heartbeats of all threads except the pipelines'. Between start() and stop().
+    [[nodiscard]] Heartbeats heartbeats() const;
 
 private:
     /// A trigger source and the cameras connected to it.
@@ -103,6 +113,8 @@ private:
         /// Whether simulators step its cameras.
         [[nodiscard]] bool lockstep() const;
         [[nodiscard]] std::uint64_t refused() const { return source ? source->refused() : 0; }
+        /// See SourceState::offset_ns.
+        [[nodiscard]] std::optional<std::int64_t> offset_ns() const;
         /// Connects the simulators of its cameras to the source for steps, or disconnects them (Line0 only).
         void let_step(bool with_source) const;
     };
@@ -111,8 +123,13 @@ private:
     void publish_clock_states();
     void report_refused_triggers();
     void replace_trigger(TriggerLine& line, const emulator::DaemonConfig& camera);
+    /// Notes and logs that `config_` is in use from now on.
+    void note_configuration();
 
     emulator::DaemonConfig config_;
+    mutable std::mutex sha256_mutex_;
+    std::string config_sha256_;
+    double configured_utc_s_ = 0;
     ThreadPlan threads_;
     Supervisor supervisor_;
     Time last_alive_;

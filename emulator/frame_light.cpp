@@ -78,13 +78,15 @@ renderer::RenderRequest BlockRenderer::request_for(const FrameLight& light, std:
 }
 
 bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::span<float> out,
-                           const std::atomic<bool>* cancel) {
+                           const std::atomic<bool>* cancel, const Extra& extra) {
     const FrameLight::Window& window = light.windows[block.window];
     const std::int32_t first = block.first_row - block.halo_above; // of the composed image
     const std::int32_t last_row = window.image_y + window.sensor.height - 1;
     renderer::RenderRequest request = request_for(light, block.window, first, block.lines());
     request.window.x = window.sensor.x - block.halo_left;
     request.window.width = light.width(block);
+    request.alone = extra.alone;
+    request.samples = extra.samples;
     // Lines have no other levels than those of rows made of another frame.
     if (!light.levels.empty() && (!light.push_broom || light.from != nullptr)) {
         const std::int32_t group_rows =

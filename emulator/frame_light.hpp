@@ -87,7 +87,16 @@ public:
     /// Fills `light`, light.floats(block) floats: bands x lines x width. Returns false if `cancel` became
     /// true.
     [[nodiscard]] bool render(const FrameLight& light, const RowBlock& block, std::span<float> out,
-                              const std::atomic<bool>* cancel);
+                              const std::atomic<bool>* cancel) {
+        return render(light, block, out, cancel, {});
+    }
+    /// Of a renderer whose workers are not to be used, if any, and what is wanted besides.
+    struct Extra {
+        renderer::Workspace* alone = nullptr; ///< see renderer::RenderRequest::alone
+        std::span<float> samples{};           ///< lines x width, see renderer::RenderRequest::samples
+    };
+    [[nodiscard]] bool render(const FrameLight& light, const RowBlock& block, std::span<float> out,
+                              const std::atomic<bool>* cancel, const Extra& extra);
     /// Chooses the levels of the groups of rows from group `chosen` on that `block` needs, of a frame that is
     /// made of FrameLight::from: repeated where bodies have moved by no more than `tolerance_px`, reprojected
     /// where they have, full where the earlier frame cannot have them. `chosen` becomes the end of those

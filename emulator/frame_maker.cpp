@@ -238,6 +238,8 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     info.truth.seed = settings_.seed;
     info.truth.run = run();
     info.pose = clock_.now();
+    origins_.note({order.frame_id, order.trigger_edge, &current(), scene_to_clock_ns_, order.shown,
+                   s.black_level_dn, pattern_ != ImagePattern::off});
     return {};
 }
 

@@ -8,6 +8,7 @@
 #include "core/realtime.hpp"
 #include "emulator/auto_exposure.hpp"
 #include "emulator/frame_light.hpp"
+#include "emulator/frame_origins.hpp"
 #include "emulator/frame_work.hpp"
 #include "emulator/kept_frames.hpp"
 #include "emulator/render_thread.hpp"
@@ -174,6 +175,9 @@ public:
         return renderer_.load() == &renderer || (render_thread_ != nullptr && render_thread_->uses(renderer));
     }
 
+    /// Of the frames prepared last. Thread-safe.
+    [[nodiscard]] const FrameOrigins& origins() const noexcept { return origins_; }
+
     /// Row blocks exposed in the detector since construction. Thread-safe.
     [[nodiscard]] std::uint32_t row_blocks_made() const noexcept {
         return done_.load(std::memory_order_relaxed);
@@ -255,6 +259,7 @@ private:
     std::vector<std::byte> truth_workspace_;
     std::atomic<std::uint64_t> lod_frames_{0}, lod_tiles_{0}; ///< see LodCounters
     std::int64_t scene_to_clock_ns_ = 0;
+    FrameOrigins origins_;
     std::atomic<std::uint32_t> run_;
     bool has_run_ = false; ///< an acquisition has begun
     std::uint32_t acquisitions_ = 0;

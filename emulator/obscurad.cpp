@@ -96,9 +96,10 @@ bool load_tiles(emulator::Daemon& daemon) {
 }
 
 // Reloads the configuration as a whole; the old one stays in use if the new one is not valid or not
-// reloadable.
-void reload(emulator::Daemon& daemon, const std::string& config_file,
-            const std::function<bool()>& meanwhile) {
+// reloadable. `by`: who wants it. Returns why nothing has changed; empty: it is in use.
+std::string reload(emulator::Daemon& daemon, const std::string& config_file, std::string_view by,
+                   const std::function<bool()>& meanwhile) {
+    std::string why;
     emulator::notify_service_manager(
         fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicClock().now().ns / ns_per_us));
     try {
@@ -106,16 +107,18 @@ void reload(emulator::Daemon& daemon, const std::string& config_file,
         const std::string refusal = daemon.reload(next, meanwhile);
         if (refusal.empty()) {
             set_log_level(next.daemon.log_level);
-            log_notice("SIGHUP: {} taken on", config_file);
+            log_notice("{}: {} taken on", by, config_file);
         } else {
-            log_error("SIGHUP: {}: nothing changed: {}", config_file, refusal);
+            why = refusal;
         }
     } catch (const std::bad_alloc&) {
-        log_error("SIGHUP: nothing changed: out of memory; {} are left", describe(memory_left()));
+        why = fmt::format("out of memory; {} are left", describe(memory_left()));
     } catch (const std::exception& e) {
-        log_error("SIGHUP: nothing changed: {}", e.what());
+        why = e.what();
     }
+    if (!why.empty()) log_error("{}: nothing changed: {}", by, why);
     emulator::notify_service_manager("READY=1");
+    return why;
 }
 
 // A file that cannot be written now does not end a daemon that serves.
@@ -156,15 +159,18 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallS
             return;
         }
         if (signal == SIGHUP)
-            reload(daemon, options.config_file, [&] {
+            (void)reload(daemon, options.config_file, "SIGHUP", [&] {
                 mind();
                 return !stop_is_pending();
             });
         calls.load_scene([&](const std::filesystem::path& file, const std::function<bool()>& wanted) {
-            return daemon.reload(emulator::with_scene(daemon.config(), file), [&] {
+            const auto meanwhile = [&] {
                 mind();
                 return wanted() && !stop_is_pending();
-            });
+            };
+            return file == emulator::SceneRequests::configured
+                       ? reload(daemon, options.config_file, "reload", meanwhile)
+                       : daemon.reload(emulator::with_scene(daemon.config(), file), meanwhile);
         });
         if (signal == SIGUSR1) {
             log_notice("SIGUSR1: {}", daemon.summary());

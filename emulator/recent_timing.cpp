@@ -20,18 +20,22 @@ std::optional<std::int64_t> instant(Time t) {
 
 } // namespace
 
-void RecentTiming::note(const FrameTiming& frame) {
-    Kept kept{frame, {}, {}};
-    for (std::size_t slot = 0; frame.transmit != nullptr && slot < max_transports; ++slot) {
-        kept.first_byte[slot] = frame.transmit->first(slot);
-        kept.last_byte[slot] = frame.transmit->last(slot);
-        add(stages_.first_byte[slot], frame.edge, kept.first_byte[slot]);
+RecentTiming::Kept::Kept(const FrameTiming& timing) : frame(timing) {
+    for (std::size_t slot = 0; timing.transmit != nullptr && slot < max_transports; ++slot) {
+        first_byte[slot] = timing.transmit->first(slot);
+        last_byte[slot] = timing.transmit->last(slot);
     }
+    frame.transmit = nullptr;
+    frame.row_lateness_us = {};
+}
+
+void RecentTiming::note(const FrameTiming& frame) {
+    const Kept kept(frame);
+    for (std::size_t slot = 0; slot < max_transports; ++slot)
+        add(stages_.first_byte[slot], frame.edge, kept.first_byte[slot]);
     add(stages_.trigger_seen, frame.edge, frame.seen);
     add(stages_.render, frame.render_begin, frame.render_end);
     add(stages_.detector, frame.render_end, frame.detector_end);
-    kept.frame.transmit = nullptr;
-    kept.frame.row_lateness_us = {};
     const std::lock_guard lock(mutex_);
     if (kept_.size() < most_)
         kept_.push_back(kept);
@@ -51,24 +55,33 @@ std::vector<std::string> RecentTiming::columns() const {
     return names;
 }
 
-RecentTiming::Rows RecentTiming::rows(std::uint64_t after, std::size_t most) const {
+void RecentTiming::add_row(Rows& found, const Kept& kept) const {
+    Row& row = found.rows.emplace_back();
+    for (const TimingColumn& column : timing_columns()) {
+        const std::int64_t value = column.value(kept.frame, log_.render());
+        row.push_back(column.is_instant && value == 0 ? std::nullopt : std::optional(value));
+    }
+    for (std::size_t slot = 0; slot < log_.transports().size(); ++slot) {
+        row.push_back(instant(kept.first_byte[slot]));
+        row.push_back(instant(kept.last_byte[slot]));
+    }
+    found.frames.push_back({kept.frame.frame_id, kept.frame.edge, kept.frame.ended});
+}
+
+RecentTiming::Rows RecentTiming::rows(std::uint64_t after, std::size_t most, bool early) const {
+    std::vector<Kept> queued;
+    std::unique_lock<std::mutex> held;
+    if (early && most_ > 0) {
+        held = log_.hold();
+        log_.queued([&queued](const FrameTiming& frame) { queued.emplace_back(frame); });
+    }
     const std::lock_guard lock(mutex_);
     Rows found;
-    found.last = frames_;
-    const std::uint64_t newer = frames_ > after ? frames_ - after : 0;
-    const std::uint64_t count = std::min<std::uint64_t>({newer, most, kept_.size()});
-    for (std::uint64_t number = frames_ - count; number < frames_; ++number) {
-        const Kept& kept = kept_[number % most_];
-        Row& row = found.rows.emplace_back();
-        for (const TimingColumn& column : timing_columns()) {
-            const std::int64_t value = column.value(kept.frame, log_.render());
-            row.push_back(column.is_instant && value == 0 ? std::nullopt : std::optional(value));
-        }
-        for (std::size_t slot = 0; slot < log_.transports().size(); ++slot) {
-            row.push_back(instant(kept.first_byte[slot]));
-            row.push_back(instant(kept.last_byte[slot]));
-        }
-    }
+    found.last = frames_ + queued.size();
+    const std::uint64_t newer = found.last > after ? found.last - after : 0;
+    const std::uint64_t count = std::min<std::uint64_t>({newer, most, kept_.size() + queued.size()});
+    for (std::uint64_t number = found.last - count; number < found.last; ++number)
+        add_row(found, number < frames_ ? kept_[number % most_] : queued[number - frames_]);
     return found;
 }
 

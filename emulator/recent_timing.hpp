@@ -39,19 +39,29 @@ public:
     /// first and last byte of each transport.
     [[nodiscard]] std::vector<std::string> columns() const;
     using Row = std::vector<std::optional<std::int64_t>>;
+    /// A frame of Rows.
+    struct Frame {
+        std::uint64_t id = 0;
+        Time edge, ended;
+    };
     struct Rows {
-        std::vector<Row> rows;  ///< oldest first
-        std::uint64_t last = 0; ///< number of the newest frame; frames are counted since the start, from 1
+        std::vector<Row> rows;     ///< oldest first
+        std::vector<Frame> frames; ///< of the rows
+        std::uint64_t last = 0;    ///< number of the newest frame; frames are counted since the start, from 1
     };
     /// The newest rows with a number above `after`, at most `most` of them. An instant that a frame does not
-    /// have is none.
-    [[nodiscard]] Rows rows(std::uint64_t after, std::size_t most) const;
+    /// have is none. `early`: also of frames that are still in the log, because transports may be sending
+    /// them; note() is called from drain() then.
+    [[nodiscard]] Rows rows(std::uint64_t after, std::size_t most, bool early = false) const;
 
 private:
     struct Kept {
         FrameTiming frame;
         std::array<Time, max_transports> first_byte, last_byte;
+
+        explicit Kept(const FrameTiming& timing);
     };
+    void add_row(Rows& found, const Kept& kept) const;
 
     const TimingLog& log_;
     const std::size_t most_;

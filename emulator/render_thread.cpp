@@ -225,9 +225,9 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
         if (m.use != Match::Use::none) {
             error_px_ = m.error_px;
             expected_.store(0);
-            used_.fetch_add(1, std::memory_order_relaxed);
             if (s.ready.load(std::memory_order_acquire) == light.blocks.size())
                 early_.fetch_add(1, std::memory_order_relaxed);
+            used_.fetch_add(1, std::memory_order_release);
             claimed_job_ = jobs - 1;
             claim_levels(light);
             if (m.use == Match::Use::as_it_is) return;
@@ -317,7 +317,7 @@ std::span<const float> RenderThread::take(std::size_t index, const std::atomic<b
 }
 
 AheadCounters RenderThread::counters() const noexcept {
-    return {begun_.load(std::memory_order_relaxed), used_.load(std::memory_order_relaxed),
+    return {begun_.load(std::memory_order_relaxed), used_.load(std::memory_order_acquire),
             discarded_.load(std::memory_order_relaxed), early_.load(std::memory_order_relaxed),
             moved_.load(std::memory_order_relaxed)};
 }

@@ -47,6 +47,8 @@ Json to_json(const transports::TransportStatistics& statistics) {
     Json json = to_json(statistics.values);
     for (const auto& group : statistics.groups)
         json[group.name] = to_json(group.values);
+    for (const auto& [name, text] : statistics.texts)
+        json[name] = text;
     return json;
 }
 
@@ -58,6 +60,7 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
         fmt::format("{} triggers, {} frames, {} complete, {} late, {} missed triggers, {} dropped, "
                     "{} abandoned",
                     c.triggers, c.frames, c.complete, c.late, c.missed_triggers, c.dropped, c.abandoned);
+    if (c.unsent > 0) line += fmt::format(", {} unsent", c.unsent);
     for (const auto& transport : transports) {
         const transports::TransportCounters t = transport->counters();
         if (transport->kind() == "watch" && t.submitted == 0) continue; // nobody has looked
@@ -73,6 +76,7 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
     Json json;
     json["clock"] = {{"state", source.lockstep ? "lockstep" : name_of(source.clock)},
                      {"source", source.name}};
+    if (source.offset_ns) json["clock"]["offset_ns"] = *source.offset_ns;
     json["trigger"] = {{"refused", source.refused}};
     json["camera"] = {{"run", run},
                       {"triggers", c.triggers},
@@ -87,6 +91,7 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                       {"ignored", c.ignored},
                       {"lod_deficit", {{"frames", c.lod.frames}, {"tiles_missing", c.lod.tiles_missing}}},
                       {"dropped", c.dropped},
+                      {"unsent", c.unsent},
                       {"abandoned", c.abandoned},
                       {"masked_triggers", c.masked_triggers},
                       {"latched_triggers", c.latched_triggers},

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,11 +24,14 @@ struct SourceState {
     ClockState clock = ClockState::free;
     bool lockstep = false;     ///< a simulator steps the camera: its time is no clock's
     std::uint64_t refused = 0; ///< TriggerSource::refused()
+    /// Last event of its reference minus the instant at which that was expected; none: it has no reference,
+    /// or that has not come twice.
+    std::optional<std::int64_t> offset_ns{};
 };
 
 [[nodiscard]] std::string summary_line(const Camera& camera, const TransportList& transports);
 
-/// {"clock": {"state": "free", "locked", "holdover" or "lockstep", "source"},
+/// {"clock": {"state": "free", "locked", "holdover" or "lockstep", "source", "offset_ns" if known},
 ///  "trigger": {"refused"}, "camera": {"run", counters...},
 ///  "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max", "sum", "up_to": numbers of spans up
 ///  to each of latency_bounds_us}, ...},

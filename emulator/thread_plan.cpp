@@ -5,6 +5,8 @@
 #include "core/log.hpp"
 
 #include <fmt/format.h>
+#include <pthread.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -124,6 +126,12 @@ void enter_client_thread(const char* name, const CoreSet& cores) noexcept {
     name_this_thread(name);
     ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice_level);
     pin_this_thread(cores);
+}
+
+void enter_idle_thread(const char* name, const CoreSet& cores) noexcept {
+    enter_client_thread(name, cores);
+    const sched_param none{};
+    ::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &none);
 }
 
 int highest_priority(const ThreadPlan& plan) noexcept {

@@ -39,6 +39,9 @@ struct ThreadPlan {
 /// nice level below that of the daemon's other threads, and cores. Threads that it creates inherit it.
 void enter_client_thread(const char* name, const CoreSet& cores) noexcept;
 
+/// The same for a thread that gets what no other thread wants (SCHED_IDLE).
+void enter_idle_thread(const char* name, const CoreSet& cores) noexcept;
+
 /// The highest priority in the plan; 0: none.
 [[nodiscard]] int highest_priority(const ThreadPlan& plan) noexcept;
 

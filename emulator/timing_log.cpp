@@ -46,6 +46,7 @@ void TimingLog::push(const FrameTiming& timing) noexcept {
 }
 
 std::size_t TimingLog::drain(const std::function<void(const FrameTiming&)>& take, Time before) {
+    const std::lock_guard lock(draining_);
     std::size_t count = 0;
     std::size_t tail = tail_.load(std::memory_order_relaxed);
     for (; tail != head_.load(std::memory_order_acquire); ++count) {
@@ -55,6 +56,12 @@ std::size_t TimingLog::drain(const std::function<void(const FrameTiming&)>& take
         tail_.store(++tail, std::memory_order_release);
     }
     return count;
+}
+
+void TimingLog::queued(const std::function<void(const FrameTiming&)>& look) const {
+    const std::size_t head = head_.load(std::memory_order_acquire);
+    for (std::size_t i = tail_.load(std::memory_order_relaxed); i != head; ++i)
+        look(cells_[i % capacity]);
 }
 
 std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std::int64_t> pace_ns) {

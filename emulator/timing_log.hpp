@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -62,9 +63,13 @@ public:
     void push(const FrameTiming& timing) noexcept;
 
     /// Passes the queued frames that ended before `before` to `take`, oldest first; returns their number.
-    /// Transports must have finished those frames. Called by one thread at a time.
+    /// Transports must have finished those frames. Thread-safe.
     std::size_t drain(const std::function<void(const FrameTiming&)>& take, Time before = Time{INT64_MAX});
-    /// The same, to the file.
+    /// Keeps drain() of other threads waiting while the lock lives: what is queued stays. Thread-safe.
+    [[nodiscard]] std::unique_lock<std::mutex> hold() const { return std::unique_lock(draining_); }
+    /// Passes the queued frames to `look`, oldest first. Transports may still send them. Within hold().
+    void queued(const std::function<void(const FrameTiming&)>& look) const;
+    /// The same as drain(), to the file.
     std::size_t drain(std::ostream& out, Time before = Time{INT64_MAX},
                       std::span<const std::int64_t> pace_ns = {});
     /// Appends the line of a frame to `out`. `pace_ns`: see Transport::pace_ns(), by slot; none: 0.
@@ -86,6 +91,7 @@ private:
     RenderFacts render_;
     std::vector<std::int32_t> rows_; ///< max_rows_ for each cell
     std::size_t max_rows_ = 0;
+    mutable std::mutex draining_; ///< of readers; push() never waits
     std::atomic<std::size_t> head_{0}, tail_{0};
     std::atomic<std::uint64_t> lost_{0};
 };

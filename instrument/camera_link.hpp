@@ -45,7 +45,7 @@ struct CameraState {
 /// What `state` tells.
 struct DaemonState {
     std::string version;
-    std::int64_t process = 0; ///< its number: another one after a restart
+    std::string run; ///< number and start of its process: another one after a restart
     std::vector<CameraState> cameras;
 };
 

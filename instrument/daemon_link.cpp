@@ -3,6 +3,7 @@
 
 #include <obscura_client.hpp>
 
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -79,7 +80,9 @@ public:
     /// The client, connected. Throws LinkError.
     client::Client& client() {
         try {
-            if (!client_) client_.emplace(client::connect(address_.address, timeout_s_, address_.token_file));
+            if (!client_)
+                client_.emplace(client::connect(address_.address.empty() ? address_.find() : address_.address,
+                                                timeout_s_, address_.token_file));
         } catch (const client::Error& error) {
             throw link_error(error);
         }
@@ -118,7 +121,9 @@ DaemonLink::~DaemonLink() = default;
 DaemonState DaemonLink::state() {
     const client::Answer answer = calls_->call("state", [] { return Map(); });
     DaemonState state;
-    state.process = answer.map()["daemon"]["pid"].as<std::int64_t>(0);
+    // In containers each run may have the same number.
+    const ValueView daemon = answer.map()["daemon"];
+    state.run = std::to_string(daemon["pid"].as<std::int64_t>(0)) + ' ' + daemon["started_utc_ns"].string();
     state.version = answer.map()["daemon"]["version"].string();
     const ValueView cameras = answer.map()["cameras"];
     for (std::size_t i = 0; i < cameras.size(); ++i)
@@ -186,7 +191,8 @@ TimingAnswer DaemonLink::timing(std::uint32_t camera, std::uint64_t after) {
     const client::Answer answer = calls_->call(
         "timing",
         [&] {
-            return Map{{"camera", camera}, {"after", after}, {"most", most}};
+            return Map{
+                {"camera", camera}, {"after", after}, {"most", most}, {"early", true}, {"saturated", true}};
         },
         true);
     const ValueView map = answer.map();

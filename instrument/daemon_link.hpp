@@ -5,6 +5,7 @@
 #include "instrument/camera_link.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,8 +15,11 @@ namespace obscura::instrument {
 
 /// Where the calls of a daemon are made.
 struct DaemonAddress {
-    std::string address;    ///< path of a Unix socket, or "HOST:PORT"
+    std::string address;    ///< path of a Unix socket, or "HOST:PORT"; empty: see `find`
     std::string token_file; ///< of the token that the daemon wants; empty: none
+    /// Finds the address, for each connection anew, since another daemon may have another one. Throws
+    /// LinkError. Thread-safe.
+    std::function<std::string()> find{};
 };
 
 /// What the call `timing` answers.
@@ -41,8 +45,9 @@ public:
     void begin_trigger(std::uint32_t camera) override;
     [[nodiscard]] bool trigger_pending() const override { return pending_; }
     [[nodiscard]] std::optional<TriggerResult> trigger_result(double wait_s) override;
-    /// Time stamps of the frames after the one with the number `after`, the newest 256 of them. Never made
-    /// once more: frames are counted since the daemon's start, and it may be another daemon.
+    /// Time stamps of the frames after the one with the number `after`, the newest 256 of them, as soon as
+    /// they have ended, with the number of their saturated pixels. Never made once more: frames are counted
+    /// since the daemon's start, and it may be another daemon.
     [[nodiscard]] TimingAnswer timing(std::uint32_t camera, std::uint64_t after);
 
 private:

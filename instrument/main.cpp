@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/terminal_text.hpp"
 #include "emulator/service_notify.hpp"
+#include "instrument/daemon_finder.hpp"
 #include "instrument/lxi/server.hpp"
 #include "instrument/packets/descriptions.hpp"
 #include "instrument/packets/service.hpp"
@@ -16,6 +17,7 @@
 #include <cstdio>
 #include <exception>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -31,7 +33,8 @@ using namespace obscura;
 using namespace obscura::instrument;
 
 struct Options {
-    DaemonAddress daemon{"/run/obscura/calls", {}};
+    DaemonAddress daemon;
+    std::string socket;
     std::string scpi = "127.0.0.1:5025", scpi_view, describe;
     std::string telemetry, telecommands, lxi;
     std::uint32_t apid = 256;
@@ -46,8 +49,12 @@ tools::CommandLine declare(Options& options) {
         "Speaks SCPI over TCP and CCSDS space packets over UDP, and makes of them the calls of a "
         "daemon, whose configuration has [control]. Neither knows passwords: whoever reaches a "
         "port may do what the port allows, so it listens at the loopback interface.";
+    line.option(
+        "--socket", &options.socket, "PATH",
+        "Command the daemon with this monitor.socket; needed where several daemons run on this machine");
     line.option("--control", &options.daemon.address, "ADDRESS",
-                "Calls of the daemon: its control.unix_socket, or ADDRESS:PORT of its control.listen");
+                "Call the daemon at its control.unix_socket, or ADDRESS:PORT of its control.listen, without "
+                "looking for it");
     line.option("--token-file", &options.daemon.token_file, "FILE", "Token that the daemon wants over TCP");
     line.option("--scpi", &options.scpi, "ADDRESS:PORT",
                 "Listen here for clients that may change the cameras; port 0: any free one; off: not at all");
@@ -118,14 +125,17 @@ int serve(const Options& options) {
         throw tools::UsageError("obscura-instrument: --scpi off: nothing is left to do");
     std::fflush(stdout);
     ScpiServer server(ScpiLimits{}, options.daemon, OBSCURA_VERSION, std::move(ports));
-    std::vector<std::thread> others;
-    if (packets) others.emplace_back([&packets] { packets->run(tools::interrupted); });
-    if (lxi) others.emplace_back([&lxi] { lxi->run(tools::interrupted); });
+    std::vector<std::jthread> others; // they end with this function, however it ends
+    const auto beside = [&others](auto& service) {
+        others.emplace_back([&service](const std::stop_token& stop) {
+            service.run([&stop] { return stop.stop_requested() || tools::interrupted(); });
+        });
+    };
+    if (packets) beside(*packets);
+    if (lxi) beside(*lxi);
     emulator::notify_service_manager("READY=1");
     server.run(tools::interrupted);
     emulator::notify_service_manager("STOPPING=1");
-    for (std::thread& other : others)
-        other.join();
     return exit_ok;
 }
 
@@ -149,6 +159,9 @@ int run(const std::vector<std::string>& arguments) {
         fmt::print("{}", description(options));
         return exit_ok;
     }
+    if (!options.socket.empty() && !options.daemon.address.empty())
+        throw tools::UsageError("obscura-instrument: --control excludes --socket");
+    options.daemon.find = [socket = options.socket] { return find_calls(socket); };
     tools::catch_interrupts();
     return serve(options);
 }

@@ -30,6 +30,7 @@
 #include "renderer/shapes/shape_cache.hpp"
 #include "renderer/truth/body_light.hpp"
 #include "renderer/truth/landmarks.hpp"
+#include "renderer/truth/overlay.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "renderer/truth/scene_truth.hpp"
 #include "renderer/work_clock.hpp"
@@ -306,6 +307,11 @@ bool resolves_any(const RowState& row, double field_rad) {
 
 struct Renderer::Impl {
     class TracedLight;
+    /// Memory of Renderer::overlay().
+    struct OverlayMemory {
+        StarsInView stars;
+        Scratch scratch;
+    };
 
     scene::Scene scene;
     RenderSettings settings;
@@ -336,6 +342,8 @@ struct Renderer::Impl {
     mutable tbb::enumerable_thread_specific<RowBlock> block_scratch;
     std::uint64_t number = next_number.fetch_add(1); ///< of this renderer, for what others keep
     static inline std::atomic<std::uint64_t> next_number{1};
+    mutable std::mutex overlay_mutex;
+    mutable std::unique_ptr<OverlayMemory> overlay_memory; ///< null: no overlay has been asked for
     mutable std::atomic<std::uint64_t> requests{0};
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
@@ -444,6 +452,8 @@ struct Renderer::Impl {
     template<typename Wanted, typename DoRow>
     bool for_rows(RenderPart part, std::int32_t rows, const RowsOf& of, const std::atomic<bool>* cancel,
                   const Wanted& wanted, const DoRow& do_row) const;
+    [[nodiscard]] TruthScene truth_scene(const FieldStars& stars, std::uint64_t frame_id,
+                                         std::optional<Time> common, Scratch& s) const;
     /// What all requests of a frame have in common, for the tiles that it shows; 0: those that are there.
     [[nodiscard]] std::uint64_t frame_key(const RenderRequest& request) const {
         return frame_key(request.frame_id, request.common_mid);
@@ -1464,6 +1474,7 @@ void Renderer::Impl::load_row(const RenderRequest& request, std::int32_t r, Scra
 bool Renderer::Impl::load_tiles(const RenderRequest& request,
                                 const std::function<bool(double)>& go_on) const {
     if (terrains.empty()) return true;
+    if (!go_on(0)) return false;
     std::mutex mutex;
     std::condition_variable ended;
     unsigned working = threads; // with the mutex, as is `failure`
@@ -1842,33 +1853,64 @@ void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const 
     StarsInView& in_view = impl_->block_scratch.local().stars;
     impl_->splatter.star_rows().find(request.rows, in_view);
     Scratch& scratch = impl_->scratch.local();
-    scratch.frame = impl_->frame_key(request.frame_id, common_mid(request.rows));
-    scratch.tile_versions.assign(impl_->bodies.size(), 0);
-    for (std::size_t b = 0; b < impl_->bodies.size(); ++b)
-        if (const SurfaceTiles* const tiles = impl_->bodies[b].shape->tiles(); tiles != nullptr)
-            scratch.tile_versions[b] = tiles->version_of(scratch.frame);
-    scratch.pins.clear();
-    for (const SurfaceTiles* const tiles : impl_->terrains)
-        scratch.pins.push_back(tiles->pin());
+    TruthScene scene = impl_->truth_scene(in_view.stars, request.frame_id, common_mid(request.rows), scratch);
     Impl::TracedLight light(*impl_, scratch);
-    const TruthScene scene{impl_->scene,
-                           impl_->bodies,
-                           *impl_->lens,
-                           impl_->gaussian_psf,
-                           impl_->psf.get(),
-                           impl_->landmarks_m,
-                           in_view.stars,
-                           impl_->splatter.sky(),
-                           impl_->sun_w_m2,
-                           impl_->settings.max_instants,
-                           impl_->splatter.reach_px(),
-                           impl_->field_rad,
-                           scratch.tile_versions,
-                           impl_->settings.wait_for_tiles,
-                           &light};
+    scene.light = &light;
     renderer::list_truth(scene, request, truth);
     scratch.pins.clear();
     scratch.detail = {}; // not of a picture
+}
+
+/// Pins the tiles of the frame in `scratch`.
+TruthScene Renderer::Impl::truth_scene(const FieldStars& stars, std::uint64_t frame_id,
+                                       std::optional<Time> common, Scratch& s) const {
+    s.frame = frame_key(frame_id, common);
+    s.tile_versions.assign(bodies.size(), 0);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (const SurfaceTiles* const tiles = bodies[b].shape->tiles(); tiles != nullptr)
+            s.tile_versions[b] = tiles->version_of(s.frame);
+    s.pins.clear();
+    for (const SurfaceTiles* const tiles : terrains)
+        s.pins.push_back(tiles->pin());
+    return {scene,
+            bodies,
+            *lens,
+            gaussian_psf,
+            psf.get(),
+            landmarks_m,
+            stars,
+            splatter.sky(),
+            sun_w_m2,
+            settings.max_instants,
+            splatter.reach_px(),
+            field_rad,
+            s.tile_versions,
+            settings.wait_for_tiles};
+}
+
+Overlay Renderer::overlay(const OverlayRequest& request) const {
+    const std::lock_guard one_at_a_time(impl_->overlay_mutex);
+    if (!impl_->overlay_memory) impl_->overlay_memory = std::make_unique<Impl::OverlayMemory>();
+    auto& [in_view, scratch] = *impl_->overlay_memory;
+    double more_rad = 0;
+    if (!request.rows.empty()) {
+        const double first_s = to_seconds(request.rows.front().mid().ns);
+        const double last_s = to_seconds(request.rows.back().mid().ns);
+        const auto attitude = [&](double t) {
+            return camera_pose(impl_->scene, impl_->bodies, t).orientation;
+        };
+        const Quat turn = conjugate(attitude(first_s)) * attitude(last_s);
+        more_rad = 2 * std::atan2(length({turn.x, turn.y, turn.z}), std::abs(turn.w)) +
+                   2 * length(camera_beta(impl_->scene, impl_->bodies, first_s));
+    }
+    impl_->splatter.star_rows().find(request.truth.camera, more_rad, to_seconds(request.mid.ns), in_view);
+    TruthScene scene = impl_->truth_scene(in_view.stars, request.frame_id, common_mid(request.rows), scratch);
+    scene.max_instants = 1; // the middle of the exposure is near enough to the eye
+    scene.poses = &request.truth;
+    scene.poses_s = to_seconds(request.mid.ns);
+    Overlay overlay = make_overlay(scene, request);
+    scratch.pins.clear();
+    return overlay;
 }
 
 std::uint64_t Renderer::rays_traced() const noexcept {

@@ -32,6 +32,8 @@ struct SceneTruth;
 
 namespace obscura::renderer {
 
+struct Overlay;
+struct OverlayRequest;
 struct View;
 struct TruthRequest;
 class Renderer;
@@ -247,9 +249,9 @@ public:
                         const std::atomic<bool>* cancel = nullptr) const;
 
     /// Makes the tiles of terrains that the request's rows need, and the visibility of the Sun in them, on
-    /// threads of its own: as many as render, of the caller's scheduling class. Calls `go_on` several times a
-    /// second with the share of the rows that is done; it ends this by returning false. Returns whether all
-    /// is done. Throws what the sources of tiles throw.
+    /// threads of its own: as many as render, of the caller's scheduling class. Calls `go_on` first, then
+    /// several times a second, with the share of the rows that is done; it ends this by returning false.
+    /// Returns whether all is done. Throws what the sources of tiles throw.
     bool load_tiles(const RenderRequest& request, const std::function<bool(double share)>& go_on) const;
     /// Tiles of terrains made so far, and visibilities of the Sun in them, those replaced since included.
     [[nodiscard]] std::uint64_t tiles_made() const noexcept;
@@ -292,6 +294,10 @@ public:
 
     /// Lists where stars and bodies are in the pixels of a frame (renderer/truth/scene_truth.hpp).
     void list_truth(const TruthRequest& request, SceneTruth& truth) const;
+
+    /// Where bodies, limbs and stars are in the image of a frame (renderer/truth/overlay.hpp). One call after
+    /// the other; allocates.
+    [[nodiscard]] Overlay overlay(const OverlayRequest& request) const;
 
     /// Rays traced so far (primary + shadow), for benchmarks.
     [[nodiscard]] std::uint64_t rays_traced() const noexcept;

@@ -105,18 +105,21 @@ Listener Listener::unix_socket(const std::filesystem::path& path) {
     return {std::move(socket), text, path};
 }
 
-Permission permission_of_peer(int socket) {
+Permission permission_of_peer(int socket, std::optional<gid_t> admin_group) {
     ucred peer{};
     socklen_t size = sizeof peer;
     if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return Permission::view;
     if (peer.uid == 0 || peer.uid == ::geteuid()) return Permission::admin;
-    if (peer.gid == ::getegid()) return Permission::scene;
     std::vector<gid_t> groups(NGROUPS_MAX);
     size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
-    if (::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return Permission::view;
+    if (::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) size = 0;
     groups.resize(size / sizeof(gid_t));
-    const bool member = std::find(groups.begin(), groups.end(), ::getegid()) != groups.end();
-    return member ? Permission::scene : Permission::view;
+    groups.push_back(peer.gid);
+    const auto is_member = [&groups](gid_t group) {
+        return std::find(groups.begin(), groups.end(), group) != groups.end();
+    };
+    if (admin_group && is_member(*admin_group)) return Permission::admin;
+    return is_member(::getegid()) ? Permission::scene : Permission::view;
 }
 
 std::string address_of_peer(int socket) {

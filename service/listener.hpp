@@ -5,7 +5,10 @@
 #include "core/file_descriptor.hpp"
 #include "service/permission.hpp"
 
+#include <sys/types.h>
+
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace obscura::service {
@@ -39,9 +42,9 @@ private:
     std::filesystem::path file_;
 };
 
-/// What the program at the other end of a Unix socket may do: admin as root or the user of this process,
-/// scene as a member of its group, else view.
-[[nodiscard]] Permission permission_of_peer(int socket);
+/// What the program at the other end of a Unix socket may do: admin as root, the user of this process or a
+/// member of `admin_group`, scene as a member of this process's group, else view.
+[[nodiscard]] Permission permission_of_peer(int socket, std::optional<gid_t> admin_group = {});
 /// Address of the client of a TCP socket, without its port.
 [[nodiscard]] std::string address_of_peer(int socket);
 

@@ -25,12 +25,16 @@ constexpr int look_period_ms = 200;
 constexpr int bury_period_ms = 5;
 /// Clients that are accepted before those that are connected have their turn.
 constexpr int most_accepted = 4;
+/// Where no client can be accepted, its connection waits on: poll() would tell of it again and again.
+constexpr std::chrono::milliseconds accept_pause{200};
 
 } // namespace
 
-Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens)
+Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens,
+               std::optional<gid_t> admin_group)
     : limits_(limits),
       tokens_(std::move(tokens)),
+      admin_group_(admin_group),
       context_{limits_, host, memory_, listeners.empty() ? std::string() : Connection::api_of(host)},
       bell_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (!bell_) throw HardwareError(fmt::format("eventfd: {}", std::strerror(errno)));
@@ -60,8 +64,9 @@ void Server::run(const std::function<bool()>& stopped) {
     std::vector<pollfd> polled;
     while (!stopped()) {
         polled.assign(1, {bell_.get(), POLLIN, 0});
+        const bool accepts = Peer::Clock::now() >= accept_from_;
         for (const Door& door : doors_)
-            polled.push_back({door.listener.socket(), POLLIN, 0});
+            polled.push_back({accepts ? door.listener.socket() : -1, POLLIN, 0});
         for (const std::unique_ptr<Peer>& connection : connections_) {
             const short events = connection->events();
             polled.push_back({events == 0 ? -1 : connection->socket(), events, 0});
@@ -81,15 +86,15 @@ void Server::run(const std::function<bool()>& stopped) {
         for (const std::unique_ptr<Peer>& connection : connections_)
             if (!connection->gone()) connection->look_at(now);
         for (std::size_t i = 0; i < doors_.size(); ++i)
-            if (polled[1 + i].revents != 0) accept(doors_[i]);
+            if (polled[1 + i].revents != 0 && !accept(doors_[i])) accept_from_ = now + accept_pause;
         bury();
     }
 }
 
-void Server::accept(const Door& door) {
+bool Server::accept(const Door& door) {
     for (int i = 0; i < most_accepted; ++i) {
         FileDescriptor client = door.listener.accept();
-        if (!client) return;
+        if (!client) return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
         if (connections_.size() + gone_.size() < limits_.clients) {
             open(door, std::move(client));
             continue;
@@ -98,6 +103,7 @@ void Server::accept(const Door& door) {
         [[maybe_unused]] const ssize_t bytes =
             ::send(client.get(), door.refusal.data(), door.refusal.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     }
+    return true;
 }
 
 void Server::open(const Door& door, FileDescriptor client) {
@@ -112,7 +118,7 @@ void Server::open(const Door& door, FileDescriptor client) {
 }
 
 Access Server::access_of(bool is_unix, int client) {
-    if (is_unix) return {permission_of_peer(client), nullptr, true};
+    if (is_unix) return {permission_of_peer(client, admin_group_), nullptr, true};
     if (tokens_.empty()) return {Permission::scene, nullptr, false};
     return {{}, &tokens_, false, address_of_peer(client)};
 }

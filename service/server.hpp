@@ -12,6 +12,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -23,8 +24,9 @@ class Server {
 public:
     /// The native protocol at `listeners`. `host` outlives this. Clients over TCP need one of `tokens` if
     /// there are any, and else may do what Permission::scene allows; over Unix sockets see
-    /// permission_of_peer().
-    Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens = {});
+    /// permission_of_peer(), for which `admin_group` is meant.
+    Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens = {},
+           std::optional<gid_t> admin_group = {});
     /// Cancels what is in progress and waits for it.
     ~Server();
     Server(const Server&) = delete;
@@ -38,7 +40,8 @@ public:
     void run(const std::function<bool()>& stopped);
 
 private:
-    void accept(const Door& door);
+    /// False: there was no descriptor, or no memory, for a client that waits.
+    [[nodiscard]] bool accept(const Door& door);
     void open(const Door& door, FileDescriptor client);
     [[nodiscard]] Access access_of(bool is_unix, int client);
     void bury();
@@ -46,11 +49,13 @@ private:
     const Limits limits_;
     std::vector<Door> doors_;
     Tokens tokens_;
+    const std::optional<gid_t> admin_group_;
     MemoryAccount memory_{limits_.memory_bytes};
     const ConnectionContext context_;
     FileDescriptor bell_; ///< eventfd: a connection has something to send
     std::vector<std::unique_ptr<Peer>> connections_;
     std::vector<std::unique_ptr<Peer>> gone_; ///< their calls have not ended yet
+    Peer::Clock::time_point accept_from_{};   ///< until then no client is accepted: none could be
 };
 
 } // namespace obscura::service

@@ -64,7 +64,9 @@ void PpsTrigger::run(TriggerSink& sink) noexcept {
         if (const std::int64_t pulse_ns = pulses_.latest_ns.load(std::memory_order_acquire);
             pulse_ns != latest_ns) {
             latest_ns = pulse_ns;
-            schedule.pulse(Time{pulse_ns});
+            const bool expected = schedule.started();
+            if (schedule.pulse(Time{pulse_ns}) && expected)
+                offset_ns_.store(schedule.last_offset_ns(), std::memory_order_relaxed);
         }
         const Time now = clock_->now();
         state_.store(schedule.state(now), std::memory_order_relaxed);

@@ -8,7 +8,9 @@
 #include "sync/sync.hpp"
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <thread>
 
 namespace obscura::sync {
@@ -35,6 +37,11 @@ public:
         return state_.load(std::memory_order_relaxed);
     }
     [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
+    /// PpsSchedule::last_offset_ns(); none before the second pulse.
+    [[nodiscard]] std::optional<std::int64_t> offset_ns() const noexcept {
+        const std::int64_t ns = offset_ns_.load(std::memory_order_relaxed);
+        return ns == no_offset ? std::nullopt : std::optional(ns);
+    }
 
 private:
     /// Receives the pulses on the input's thread and stores the latest for the trigger thread.
@@ -55,6 +62,8 @@ private:
     std::atomic<bool> stopping_{false};
     std::atomic<ClockState> state_{ClockState::free};
     std::atomic<std::uint64_t> missed_{0};
+    static constexpr std::int64_t no_offset = INT64_MIN;
+    std::atomic<std::int64_t> offset_ns_{no_offset};
     Heartbeat heartbeat_{"trigger-pps"};
     std::thread thread_;
 };

@@ -24,17 +24,33 @@ namespace {
 using namespace obscura;
 using namespace obscura::tools;
 
-void print_help() {
-    std::string out = "obscura - renders, captures and receives the frames of an emulated space camera\n\n"
-                      "Usage: obscura VERB [ARGUMENT]...\n\nVerbs:\n";
+/// Verbs whose names begin so, with what they do.
+std::string list_of(std::string_view beginning) {
+    std::string out;
     std::size_t width = 0;
     for (const VerbEntry& entry : verbs())
-        width = std::max(width, entry.name.size());
+        if (entry.name.rfind(beginning, 0) == 0) width = std::max(width, entry.name.size());
     for (const VerbEntry& entry : verbs()) {
+        if (entry.name.rfind(beginning, 0) != 0) continue;
         CommandLine line;
         entry.make()->declare(line);
         out += fmt::format("  {:<{}}  {}\n", entry.name, width, line.summary);
     }
+    return out;
+}
+
+/// Help of the verbs that share their first word, as "scene list" and "scene show".
+void print_family(std::string_view word) {
+    fmt::print(
+        "Usage: obscura {0} VERB [ARGUMENT]...\n\nVerbs:\n{1}\n`obscura {0} VERB --help` explains one, "
+        "with examples.\n",
+        word, list_of(fmt::format("{} ", word)));
+}
+
+void print_help() {
+    std::string out = "obscura - renders, captures and receives the frames of an emulated space camera\n\n"
+                      "Usage: obscura VERB [ARGUMENT]...\n\nVerbs:\n";
+    out += list_of("");
     out += "\n`obscura VERB --help` explains a verb, with examples. The camera itself is the daemon:\n"
            "`obscurad --help`.\n\n"
            "First steps:\n"
@@ -85,9 +101,13 @@ int run(const std::vector<std::string>& arguments) {
     for (const VerbEntry& entry : verbs())
         if (entry.name.substr(0, word.size() + 1) == word + " ")
             second += fmt::format("{}{}", second.empty() ? "" : ", ", entry.name.substr(word.size() + 1));
+    if (!second.empty() && arguments.size() > 1 && (arguments[1] == "--help" || arguments[1] == "-h")) {
+        print_family(word);
+        return exit_ok;
+    }
     if (!second.empty())
-        throw UsageError(fmt::format("obscura {}: a second word is missing, allowed {} (try: obscura --help)",
-                                     word, second));
+        throw UsageError(fmt::format(
+            "obscura {}: a second word is missing, allowed {} (try: obscura {} --help)", word, second, word));
     throw UsageError(
         fmt::format("obscura: unknown verb \"{}\", {} (try: obscura --help)", word, suggestion(word, known)));
 }

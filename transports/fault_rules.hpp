@@ -32,6 +32,9 @@ public:
     [[nodiscard]] virtual Row blank() const = 0;
     /// The rules in force. Thread-safe.
     [[nodiscard]] virtual std::vector<Row> armed() const = 0;
+    /// Number of the newest frame, as `first` and `last` of a rule count them; 0: there was none.
+    /// Thread-safe.
+    [[nodiscard]] virtual std::uint64_t newest_frame() const noexcept = 0;
     /// Replaces all rules by `rows`, which blank() made; those in force already keep their strikes. Holds
     /// from the next frame on. Within Transport::run_between_commands().
     virtual void arm(const std::vector<Row>& rows) = 0;

@@ -38,8 +38,13 @@ struct TransportStatistics {
         std::string name;
         std::vector<Value> values;
     };
+    /// What no number tells, such as the address of a receiver or why a device is not there.
+    struct Text {
+        std::string name, text;
+    };
     std::vector<Value> values;
     std::vector<Group> groups;
+    std::vector<Text> texts{};
 };
 
 /// Events on the producer's side that Transport::notify() reports to the receiver.
@@ -48,7 +53,8 @@ enum class CameraEvent : std::uint8_t {
     error,          ///< a frame that could not be produced
 };
 
-class FaultRules; ///< transports/fault_rules.hpp
+class DeviceFeatures; ///< transports/device_features.hpp
+class FaultRules;     ///< transports/fault_rules.hpp
 
 /// Sender of frames, with threads of its own.
 class Transport {
@@ -99,6 +105,8 @@ public:
     [[nodiscard]] virtual bool run_between_commands(const ControlWork& /*work*/) { return false; }
     /// Injected faults of this transport; null: there are none. Valid between start() and stop().
     [[nodiscard]] virtual FaultRules* fault_rules() noexcept { return nullptr; }
+    /// Features of its control protocol; null: it has none. Valid between start() and stop().
+    [[nodiscard]] virtual DeviceFeatures* device_features() noexcept { return nullptr; }
     /// Takes control away from a client of the control protocol, if there is one: its acquisition ends, and
     /// the next client may take control. Called between start() and stop().
     virtual void release_control() {}

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <openssl/crypto.h>
+#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
@@ -84,6 +85,23 @@ std::optional<Holder> Tokens::holder_of(std::string_view token) const {
     for (const auto& [known, holder] : hashes_)
         if (CRYPTO_memcmp(known.data(), hash.data(), hash.size()) == 0) found = &holder;
     return found == nullptr ? std::nullopt : std::optional(*found);
+}
+
+std::string password_of_basic(std::string_view authorization) {
+    constexpr std::string_view scheme = "Basic ";
+    constexpr std::size_t most = 512;
+    if (!authorization.starts_with(scheme) || authorization.size() > most) return {};
+    const std::string_view text = authorization.substr(scheme.size());
+    std::array<unsigned char, most> bytes{};
+    // Refuses what is no base64; the padding counts as bytes of 0.
+    const int count = ::EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(text.data()),
+                                        static_cast<int>(text.size()));
+    if (count <= 0) return {};
+    std::string_view pair(reinterpret_cast<const char*>(bytes.data()), static_cast<std::size_t>(count));
+    while (pair.ends_with('\0'))
+        pair.remove_suffix(1);
+    const std::size_t colon = pair.find(':');
+    return colon == std::string_view::npos ? std::string() : std::string(pair.substr(colon + 1));
 }
 
 void WrongTokens::note(const std::string& address, Clock::time_point now) {

@@ -57,6 +57,9 @@ private:
     std::vector<std::pair<std::string, Holder>> hashes_;
 };
 
+/// The password of a header Authorization of the scheme Basic; empty: it is none.
+[[nodiscard]] std::string password_of_basic(std::string_view authorization);
+
 /// Counts wrong tokens by address, and refuses those of which too many came within a minute.
 class WrongTokens {
 public:

@@ -44,6 +44,7 @@ void Audit::note(Change change) {
 
 nlohmann::ordered_json Audit::list(std::uint64_t after) const {
     const std::lock_guard lock(mutex_);
+    if (after > last_) after = 0; // of another run
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const nlohmann::ordered_json& row : rows_)
         if (row["id"].get<std::uint64_t>() > after) rows.push_back(row);

@@ -28,7 +28,8 @@ public:
     static constexpr std::size_t most = 256; ///< that are kept
 
     void note(Change change);
-    /// Changes with ids above `after`, oldest first, as the answer to GET audit has them.
+    /// Changes with ids above `after`, oldest first, as the answer to GET audit has them. An id that has not
+    /// been given yet is of another run: all are later than that.
     [[nodiscard]] nlohmann::ordered_json list(std::uint64_t after) const;
 
 private:

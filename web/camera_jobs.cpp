@@ -4,9 +4,12 @@
 #include "core/error.hpp"
 #include "web/problem.hpp"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -17,21 +20,24 @@ using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
 constexpr auto trigger_patience = 10s, scene_patience = 60s, frame_patience = 5s;
-constexpr double frame_wait_s = 5; ///< without ?wait
+constexpr auto probe_patience = 60s; ///< the first one loads the scene
+constexpr double frame_wait_s = 5;   ///< without ?wait
 
-/// Integers that a double cannot hold, as page and MATLAB read them, become strings.
-void make_exact(Json& json) {
-    constexpr std::int64_t most = 1LL << 53;
-    if (json.is_number_unsigned()) {
-        if (json.get<std::uint64_t>() > static_cast<std::uint64_t>(most))
-            json = std::to_string(json.get<std::uint64_t>());
-    } else if (json.is_number_integer()) {
-        const auto value = json.get<std::int64_t>();
-        if (value > most || value < -most) json = std::to_string(value);
-    } else if (json.is_structured()) {
-        for (Json& element : json)
-            make_exact(element);
-    }
+/// The answer to the call `frame`. Throws Refusal if it has no pixels.
+std::shared_ptr<const KeptFrame> answered_frame(const CameraId& camera,
+                                                const tools::CallClient::Answer& answer) {
+    const auto shape = answer.shape("pixels");
+    const auto pixels = answer.numbers("pixels");
+    if (shape.size() != 2 || pixels.size() != shape[0] * shape[1])
+        throw Refusal(503, "daemon", "the daemon's frame has no pixels");
+    auto kept = std::make_shared<KeptFrame>();
+    kept->camera = camera;
+    kept->head = answer.head;
+    kept->number = kept->head.value("number", std::uint64_t{0});
+    kept->width = shape[1];
+    kept->height = shape[0];
+    kept->pixels.assign(pixels.begin(), pixels.end());
+    return kept;
 }
 
 /// As strings, whatever their size: clients find one type.
@@ -55,20 +61,39 @@ Json plain_rules(Json rules) {
 
 } // namespace
 
+void make_exact(Json& json) {
+    constexpr std::int64_t most = 1LL << 53;
+    if (json.is_number_unsigned()) {
+        if (json.get<std::uint64_t>() > static_cast<std::uint64_t>(most))
+            json = std::to_string(json.get<std::uint64_t>());
+    } else if (json.is_number_integer()) {
+        const auto value = json.get<std::int64_t>();
+        if (value > most || value < -most) json = std::to_string(value);
+    } else if (json.is_structured()) {
+        for (Json& element : json)
+            make_exact(element);
+    }
+}
+
 Job CameraJobs::job(CameraRequest request) {
     const auto state = std::make_shared<State>(State{std::move(request)});
     Job job;
     const Answers answers = state->request.route->answers;
     const bool frames = answers == Answers::frame_json || answers == Answers::frame_png ||
-                        answers == Answers::frame_fits || answers == Answers::frame_raw;
+                        answers == Answers::frame_fits || answers == Answers::frame_raw ||
+                        answers == Answers::frame_jpeg;
     job.queue = frames ? Job::Queue::frames : Job::Queue::calls;
+    if (const DaemonRun& daemon = state->request.place.daemon; daemon.pid != 0)
+        job.lane = fmt::format("{} {}", daemon.pid, daemon.started);
     job.step = [this, state]() -> std::optional<Response> {
         try {
             return step(*state);
         } catch (const Refusal& refusal) {
             return refusal.response;
         } catch (const std::exception& error) { // the daemon's answer lacks what it must have
-            return problem(503, "daemon", error.what());
+            Response response = problem(503, "daemon", error.what());
+            response.may_have_acted = true;
+            return response;
         }
     };
     return job;
@@ -91,18 +116,39 @@ std::optional<Response> CameraJobs::step(State& state) {
     case Answers::set_faults:
         return set_faults(state);
     case Answers::truth:
-        return read(state, "truth", Json::object());
+        return read(state, "truth", state.request.query);
+    case Answers::probe:
+        return probe(state);
     case Answers::scenes:
         return scenes(state);
     case Answers::show_scene:
         return show_scene(state);
+    case Answers::scene:
+        return read(state, "scene.describe", Json::object());
+    case Answers::device:
+        return read(state, "device.features", Json::object());
+    case Answers::set_device:
+        return set_device(state);
+    case Answers::pose:
+        return long_call(state, "pose");
+    case Answers::step:
+        return long_call(state, "step");
+    case Answers::reload:
+        return long_call(state, "reload");
+    case Answers::set_log_level:
+        return set_log_level(state);
+    case Answers::release:
+        return release(state);
+    case Answers::support_bundle:
+        return support_bundle(state);
     case Answers::configuration:
-        return json_answer(calls_.call(state.request.place, "configuration", Json::object()).head);
+        return configuration(state);
     case Answers::frame_png:
     case Answers::frame_fits:
     case Answers::frame_raw:
+    case Answers::frame_jpeg:
     case Answers::frame_json:
-        return frame(state);
+        return state.request.frame ? frame_of_path(state) : frame(state);
     default:
         return problem(503, "daemon", "nothing answers this");
     }
@@ -194,6 +240,14 @@ Response CameraJobs::scenes(const State& state) {
     return response;
 }
 
+Response CameraJobs::configuration(const State& state) {
+    const Json answer = calls_.call(state.request.place, "configuration", Json::object()).head;
+    Response response = json_answer(answer);
+    // Where values stand is part of the answer, and not of the daemon's hash.
+    response.headers.emplace_back("ETag", tag_of(answer));
+    return response;
+}
+
 std::optional<Response> CameraJobs::trigger(State& state) {
     if (!state.running) {
         const bool wait = state.request.body.value("wait", true);
@@ -237,6 +291,18 @@ std::optional<Response> CameraJobs::show_scene(State& state) {
     return json_answer({{"file", file}});
 }
 
+std::optional<Response> CameraJobs::probe(State& state) {
+    if (!state.running) {
+        Json fields = state.request.query;
+        fields["camera"] = state.request.place.number;
+        state.running = calls_.begin(state.request.place, "probe", fields, probe_patience);
+    }
+    auto answer = calls_.look(*state.running);
+    if (!answer) return std::nullopt;
+    make_strings(answer->head, {"frame", "row_mid_exposure_tai_ns"});
+    return json_answer(answer->head);
+}
+
 std::optional<Response> CameraJobs::frame(State& state) {
     const Json& query = state.request.query;
     const double wait_s = query.value("wait", frame_wait_s);
@@ -250,11 +316,10 @@ std::optional<Response> CameraJobs::frame(State& state) {
     try {
         const auto answer = calls_.look(*state.running);
         if (!answer) return std::nullopt;
-        const std::string_view path = state.request.route->path;
-        Response response =
-            files_.response(path.substr(path.rfind('.') + 1), state.request.place.id, *answer);
-        if (response.status == 200) response.type = state.request.route->type;
-        return response;
+        const auto camera = camera_id_of(state.request.place.id);
+        const auto kept = answered_frame(camera.value_or(CameraId{}), *answer);
+        frames_->keep(kept);
+        return file_of(state, *kept);
     } catch (const Refusal& refusal) {
         // The daemon refuses what did not come in time as it refuses what never can.
         if (refusal.response.status != 409 || DaemonCalls::Clock::now() - state.running->begun < wait) throw;
@@ -262,6 +327,23 @@ std::optional<Response> CameraJobs::frame(State& state) {
         none.status = 204;
         return none;
     }
+}
+
+Response CameraJobs::frame_of_path(const State& state) {
+    const auto camera = camera_id_of(state.request.place.id);
+    const auto kept = camera ? frames_->find(*camera, *state.request.frame) : nullptr;
+    if (!kept)
+        throw Refusal(404, "gone",
+                      "this frame is not kept: there are those that viewers see or have just seen, and those "
+                      "that were answered with last");
+    return file_of(state, *kept);
+}
+
+Response CameraJobs::file_of(const State& state, const KeptFrame& frame) {
+    const std::string_view path = state.request.route->path;
+    Response response = files_.response(path.substr(path.rfind('.') + 1), frame);
+    response.type = state.request.route->type;
+    return response;
 }
 
 } // namespace obscura::web

@@ -5,14 +5,17 @@
 #include "web/audit.hpp"
 #include "web/daemon_calls.hpp"
 #include "web/frame_file.hpp"
+#include "web/kept_frames.hpp"
 #include "web/message.hpp"
 #include "web/route_table.hpp"
 
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace obscura::web {
 
@@ -20,14 +23,23 @@ namespace obscura::web {
 struct CameraRequest {
     const Route* route = nullptr;
     CameraPlace place;
+    std::optional<std::uint64_t> frame; ///< of the path; its place has an id only
     nlohmann::ordered_json query, body; ///< objects
     std::string if_match, who, peer;
 };
 
-/// The jobs run on one worker's thread, which ends before this.
+/// Integers that a double cannot hold, as page and MATLAB read them, become strings.
+void make_exact(nlohmann::ordered_json& json);
+
+/// Measures how late this machine releases rows, with ordinary scheduling: see tools::release_self_test().
+[[nodiscard]] Job self_test_job();
+
+/// The jobs run on threads of a worker, which ends before this.
 class CameraJobs {
 public:
-    explicit CameraJobs(Audit& audit) : audit_(audit) {}
+    /// `frames` is where frames are kept that have been answered with, and found.
+    CameraJobs(Audit& audit, std::shared_ptr<KeptFrames> frames)
+        : audit_(audit), frames_(std::move(frames)) {}
     /// Thread-safe.
     [[nodiscard]] Job job(CameraRequest request);
 
@@ -46,9 +58,19 @@ private:
     [[nodiscard]] Response faults(const State& state);
     [[nodiscard]] Response set_faults(const State& state);
     [[nodiscard]] Response scenes(const State& state);
+    [[nodiscard]] Response configuration(const State& state);
+    [[nodiscard]] Response set_device(const State& state);
+    [[nodiscard]] Response set_log_level(const State& state);
+    [[nodiscard]] Response release(const State& state);
+    [[nodiscard]] Response support_bundle(const State& state);
     [[nodiscard]] std::optional<Response> trigger(State& state);
     [[nodiscard]] std::optional<Response> show_scene(State& state);
+    [[nodiscard]] std::optional<Response> probe(State& state);
     [[nodiscard]] std::optional<Response> frame(State& state);
+    /// A call with the fields of the body that may take long.
+    [[nodiscard]] std::optional<Response> long_call(State& state, const char* call);
+    [[nodiscard]] Response frame_of_path(const State& state);
+    [[nodiscard]] Response file_of(const State& state, const KeptFrame& frame);
 
     Json ask(const State& state, const char* call, Json fields = Json::object());
     void note(const State& state, Json before, Json after, bool forced = false);
@@ -56,6 +78,7 @@ private:
     static void check_tag(const State& state, const std::string& tag);
 
     Audit& audit_;
+    const std::shared_ptr<KeptFrames> frames_;
     DaemonCalls calls_;
     FrameFiles files_;
 };

@@ -41,6 +41,13 @@ Refusal refusal_of(const tools::CallRefused& error) {
                                : Refusal(found->status, found->type, detail, error.field);
 }
 
+/// Of a request that has been sent.
+Refusal lost_answer(std::string_view why) {
+    Refusal refusal(503, "answer-lost", why);
+    refusal.response.may_have_acted = true;
+    return refusal;
+}
+
 } // namespace
 
 CameraPlace find_camera(const Sighting& sighting, std::string_view id) {
@@ -55,7 +62,7 @@ CameraPlace find_camera(const Sighting& sighting, std::string_view id) {
                 if (control.empty())
                     throw Refusal(503, "no-control",
                                   "this daemon takes no calls: its configuration has no [control]");
-                return {own, daemon.at("pid").get<std::int64_t>(), number, control};
+                return {own, run_of(state), number, control};
             }
             ids += fmt::format("{}{}", ids.empty() ? "" : ", ", own);
             ++number;
@@ -66,16 +73,23 @@ CameraPlace find_camera(const Sighting& sighting, std::string_view id) {
 }
 
 std::unique_ptr<tools::CallClient> DaemonCalls::take(const CameraPlace& place) {
-    const auto now = Clock::now();
-    std::erase_if(silent_, [now](const auto& row) { return row.second <= now; });
-    if (silent_.contains(place.pid))
-        throw Refusal(503, "no-answer", fmt::format("{}: the daemon does not answer", place.control));
-    const auto found =
-        std::find_if(kept_.begin(), kept_.end(), [&](const Kept& kept) { return kept.pid == place.pid; });
-    if (found != kept_.end()) {
-        auto client = std::move(found->client);
-        kept_.erase(found);
-        return client;
+    {
+        const std::lock_guard lock(mutex_);
+        const auto now = Clock::now();
+        std::erase_if(silent_, [now](const auto& row) { return row.second <= now; });
+        if (silent_.contains(place.daemon))
+            throw Refusal(503, "no-answer", fmt::format("{}: the daemon does not answer", place.control));
+        // What was connected to an earlier run of the daemon has no other end.
+        std::erase_if(kept_, [&](const Kept& kept) {
+            return kept.daemon.pid == place.daemon.pid && kept.daemon != place.daemon;
+        });
+        const auto found = std::find_if(kept_.begin(), kept_.end(),
+                                        [&](const Kept& kept) { return kept.daemon == place.daemon; });
+        if (found != kept_.end()) {
+            auto client = std::move(found->client);
+            kept_.erase(found);
+            return client;
+        }
     }
     tools::CallClient::Options options;
     options.connect_timeout_s = std::chrono::duration<double>(silence_ms).count();
@@ -83,16 +97,22 @@ std::unique_ptr<tools::CallClient> DaemonCalls::take(const CameraPlace& place) {
     try {
         return std::make_unique<tools::CallClient>(place.control, options);
     } catch (const HardwareError& error) {
-        silent_[place.pid] = Clock::now() + silence_ms;
+        note_silent(place);
         throw Refusal(503, "no-answer", error.what());
     } catch (const tools::CallRefused& error) {
         throw refusal_of(error);
     }
 }
 
+void DaemonCalls::note_silent(const CameraPlace& place) {
+    const std::lock_guard lock(mutex_);
+    silent_[place.daemon] = Clock::now() + silence_ms;
+}
+
 void DaemonCalls::keep(Running& running) {
+    const std::lock_guard lock(mutex_);
     if (kept_.size() >= most_kept) kept_.erase(kept_.begin());
-    kept_.push_back({running.place.pid, std::move(running.client)});
+    kept_.push_back({running.place.daemon, std::move(running.client)});
 }
 
 DaemonCalls::Running DaemonCalls::begin(const CameraPlace& place, const std::string& name, const Json& fields,
@@ -118,13 +138,12 @@ std::optional<DaemonCalls::Answer> DaemonCalls::wait(Running& running, std::chro
         if (answer) {
             keep(running);
         } else if (Clock::now() >= running.deadline) {
-            silent_[running.place.pid] = Clock::now() + silence_ms;
-            throw Refusal(503, "no-answer",
-                          fmt::format("{}: the daemon does not answer", running.place.control));
+            note_silent(running.place);
+            throw lost_answer(fmt::format("{}: the daemon does not answer", running.place.control));
         }
         return answer;
     } catch (const HardwareError& error) {
-        throw Refusal(503, "no-answer", error.what());
+        throw lost_answer(error.what());
     } catch (const tools::CallRefused& error) {
         keep(running);
         throw refusal_of(error);

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,15 +20,15 @@ namespace obscura::web {
 
 /// A camera, and where its daemon takes calls.
 struct CameraPlace {
-    std::string id;           ///< "PID-N"
-    std::int64_t pid = 0;     ///< of the daemon
+    std::string id; ///< "PID-N"
+    DaemonRun daemon;
     std::uint32_t number = 0; ///< in its configuration
     std::string control;      ///< address of the calls
 };
 /// The camera of that id. Throws Refusal: 404, or 503 if its daemon takes no calls.
 [[nodiscard]] CameraPlace find_camera(const Sighting& sighting, std::string_view id);
 
-/// For one thread. All members throw Refusal with the daemon's text: 409 if another client controls the
+/// Thread-safe. All members throw Refusal with the daemon's text: 409 if another client controls the
 /// camera, or its state does not allow it, 403, 422, and 503 if the daemon does not answer or has no such
 /// call.
 class DaemonCalls {
@@ -56,13 +57,17 @@ private:
     [[nodiscard]] std::unique_ptr<tools::CallClient> take(const CameraPlace& place);
     void keep(Running& running);
 
+    /// Has calls refused for a while.
+    void note_silent(const CameraPlace& place);
+
     struct Kept {
-        std::int64_t pid;
+        DaemonRun daemon;
         std::unique_ptr<tools::CallClient> client;
     };
+    std::mutex mutex_;       ///< of what follows
     std::vector<Kept> kept_; ///< the oldest first
     /// Daemons that did not answer, and until when they are not asked again.
-    std::map<std::int64_t, Clock::time_point> silent_;
+    std::map<DaemonRun, Clock::time_point> silent_;
 };
 
 } // namespace obscura::web

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -75,6 +76,13 @@ bool has_type(const Json& value, const Parameter& field) {
     return false;
 }
 
+/// Refuses values of which a required one is missing.
+void require(const Json& values, std::span<const Parameter> fields) {
+    for (const Parameter& field : fields)
+        if (field.required && !values.contains(std::string(field.name)))
+            refuse(fmt::format("{} is missing; allowed: {}", field.name, allowed(field)), field.name);
+}
+
 /// The number or boolean that a text of a query is; null if it is none.
 Json value_of(std::string_view text) {
     if (text == "true" || text == "false") return text == "true";
@@ -89,6 +97,14 @@ Json value_of(std::string_view text) {
     return nullptr;
 }
 
+/// A text of a query that is a word as ids are, which needs no escapes; null if it is none.
+Json word_of(std::string_view text) {
+    const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+    });
+    return plain && !text.empty() ? Json(text) : Json();
+}
+
 } // namespace
 
 Json read_query(std::string_view query, std::span<const Parameter> fields) {
@@ -99,11 +115,14 @@ Json read_query(std::string_view query, std::span<const Parameter> fields) {
         if (one.empty()) continue;
         const std::string_view name = one.substr(0, one.find('='));
         const Parameter& field = row_of(name, fields);
-        Json value = value_of(one.size() > name.size() ? one.substr(name.size() + 1) : std::string_view());
+        const std::string_view text =
+            one.size() > name.size() ? one.substr(name.size() + 1) : std::string_view();
+        Json value = field.type == Type::string ? word_of(text) : value_of(text);
         if (!has_type(value, field))
             refuse(fmt::format("{}: allowed: {}", field.name, allowed(field)), field.name);
         values[std::string(field.name)] = std::move(value);
     }
+    require(values, fields);
     return values;
 }
 
@@ -135,9 +154,7 @@ Json read_body(std::string_view text, const Route& route) {
         if (!has_type(value, field))
             refuse(fmt::format("{}: allowed: {}", field.name, allowed(field)), field.name);
     }
-    for (const Parameter& field : route.fields)
-        if (field.required && !body.contains(std::string(field.name)))
-            refuse(fmt::format("{} is missing; allowed: {}", field.name, allowed(field)), field.name);
+    require(body, route.fields);
     return body;
 }
 

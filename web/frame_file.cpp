@@ -4,11 +4,13 @@
 #include "core/error.hpp"
 #include "images/writers/frame_writer.hpp"
 #include "tools/support/answer_cards.hpp"
+#include "web/jpeg.hpp"
 #include "web/problem.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
@@ -17,6 +19,7 @@
 #include <sstream>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace obscura::web {
 namespace {
@@ -35,6 +38,19 @@ Json known_of(const Json& head, std::size_t width, std::size_t height) {
     return known;
 }
 
+std::string jpeg_file(const KeptFrame& frame) {
+    std::vector<std::uint64_t> counts;
+    const std::vector<std::uint8_t> levels =
+        preview_levels(frame.pixels, std::clamp(frame.head.value("bits", 16U), 8U, 16U), counts);
+    const std::vector<unsigned char> bytes = jpeg_of(frame.pixels, frame.height, levels);
+    if (bytes.empty())
+        throw Refusal(
+            422, "value",
+            fmt::format("a frame of {} x {} pixels has no JPEG, allowed are up to {} columns and rows",
+                        frame.width, frame.height, most_jpeg_side));
+    return {bytes.begin(), bytes.end()};
+}
+
 } // namespace
 
 FrameFiles::~FrameFiles() {
@@ -42,13 +58,10 @@ FrameFiles::~FrameFiles() {
     if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
 }
 
-std::string FrameFiles::file(std::string_view format, const tools::CallClient::Answer& frame) {
-    const std::span<const std::uint16_t> pixels = frame.numbers("pixels");
-    const std::span<const std::size_t> shape = frame.shape("pixels");
-    if (format == "raw") {
-        const std::span<const std::byte> bytes = std::as_bytes(pixels);
-        return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-    }
+std::string FrameFiles::file(std::string_view format, const KeptFrame& frame) {
+    if (format == "raw") return {reinterpret_cast<const char*>(frame.pixels.data()), frame.bytes()};
+    if (format == "jpg") return jpeg_file(frame);
+    const std::lock_guard lock(mutex_);
     if (folder_.empty()) {
         std::string made = (std::filesystem::temp_directory_path() / "obscura-web-XXXXXX").string();
         if (::mkdtemp(made.data()) == nullptr)
@@ -58,8 +71,8 @@ std::string FrameFiles::file(std::string_view format, const tools::CallClient::A
     const auto kind = *enum_named<images::FrameFormat>(format);
     const std::filesystem::path path = folder_ / images::frame_file_name(1, kind);
     images::write_picture(path, kind,
-                          {static_cast<std::int32_t>(shape[1]), static_cast<std::int32_t>(shape[0]),
-                           frame.head.value("bits", 16), pixels},
+                          {static_cast<std::int32_t>(frame.width), static_cast<std::int32_t>(frame.height),
+                           frame.head.value("bits", 16), frame.pixels},
                           tools::cards_of_answer(frame.head));
     std::ifstream in(path, std::ios::binary);
     std::ostringstream text;
@@ -70,12 +83,8 @@ std::string FrameFiles::file(std::string_view format, const tools::CallClient::A
     return std::move(text).str();
 }
 
-Response FrameFiles::response(std::string_view format, const std::string& camera,
-                              const tools::CallClient::Answer& frame) {
-    const std::span<const std::size_t> shape = frame.shape("pixels");
-    if (shape.size() != 2 || frame.numbers("pixels").size() != shape[0] * shape[1])
-        return problem(503, "daemon", "the daemon's frame has no pixels");
-    const Json known = known_of(frame.head, shape[1], shape[0]);
+Response FrameFiles::response(std::string_view format, const KeptFrame& frame) {
+    const Json known = known_of(frame.head, frame.width, frame.height);
     Response response;
     if (format == "json")
         response = json_answer(known);
@@ -95,8 +104,10 @@ Response FrameFiles::response(std::string_view format, const std::string& camera
         const Json& value = known[name];
         response.headers.emplace_back(header, value.is_string() ? value.get<std::string>() : dumped(value));
     }
-    response.headers.emplace_back(
-        "ETag", fmt::format("\"{}.{}.{}\"", camera, known["id"].get<std::string>(), format));
+    // The edge tells frames of a process from those of an earlier one with its number.
+    response.headers.emplace_back("ETag", fmt::format("\"{}.{}.{}.{}\"", to_text(frame.camera),
+                                                      known["id"].get<std::string>(),
+                                                      known["edge_tai_ns"].get<std::string>(), format));
     if (format != "json")
         response.headers.emplace_back("Content-Disposition",
                                       fmt::format("attachment; filename=\"frame_{:0>6}.{}\"",

@@ -2,7 +2,9 @@
 #include "web/http_server.hpp"
 
 #include "core/error.hpp"
+#include "web/access.hpp"
 #include "web/live_session.hpp"
+#include "web/mjpeg_session.hpp"
 #include "web/problem.hpp"
 #include "web/stream.hpp"
 #include "web/worker.hpp"
@@ -79,10 +81,17 @@ Request request_of(const http::request<http::string_body>& message) {
     request.content_type = value(http::field::content_type);
     request.if_match = value(http::field::if_match);
     request.if_none_match = value(http::field::if_none_match);
+    request.accept_encoding = value(http::field::accept_encoding);
+    request.prefer = value(http::field::prefer);
+    request.last_event_id = value("Last-Event-ID");
+    request.has_idempotency_key = message.count("Idempotency-Key") > 0;
+    request.idempotency_key = value("Idempotency-Key");
     request.body = message.body();
     constexpr std::string_view scheme = "Bearer ";
     if (const std::string_view given = value(http::field::authorization); given.starts_with(scheme))
         request.bearer = given.substr(scheme.size());
+    else
+        request.password = password_of_basic(given);
     return request;
 }
 
@@ -108,6 +117,7 @@ struct Shared {
     Routes& routes;
     const DaemonWatch& watch;
     Worker& worker;
+    WebFigures& figures;
     LiveServices live{};
     std::size_t connections = 0, streams = 0;
     std::map<std::string, std::size_t> of_address{};
@@ -184,6 +194,7 @@ private:
         if (error.category() != http::make_error_code(http::error::bad_field).category() ||
             error == http::error::end_of_stream || error == http::error::partial_message)
             return;
+        route_ = "unreadable";
         send(refusal_of(error), 11, false, false);
     }
 
@@ -199,10 +210,12 @@ private:
         } else {
             response = shared_.routes.answer(request);
         }
+        route_ = response.route.empty() ? "other" : response.route;
         // Nothing else is wrong with a request that only lacks its upgrade.
         if (response.status == 426 && is_live_upgrade(message) && buffer_.size() == 0 &&
             shared_.live.pictures) {
             if (shared_.live.viewers < LiveServices::most_viewers) {
+                shared_.figures.answered(route_, 101);
                 begin_live_session(std::move(stream_), message, address_, shared_.live, shared_from_this());
                 return;
             }
@@ -238,14 +251,14 @@ private:
         const bool head = message.method() == http::verb::head;
         const unsigned version = message.version();
         const bool keep_alive = message.keep_alive() && !only_health_;
-        if (response.stream_after && !head) {
-            if (shared_.streams >= shared_.limits.streams) {
-                response = {};
-                response.status = 503;
-                response.type = "text/plain; charset=utf-8";
-                response.body = "too many streams\n";
+        const bool pictures = !response.pictures_of.empty();
+        if ((response.stream_after || pictures) && !head) {
+            if (shared_.streams >= shared_.limits.streams ||
+                (pictures &&
+                 (!shared_.live.pictures || shared_.live.viewers >= LiveServices::most_viewers))) {
+                response = problem(503, "too-many-streams", "too many streams");
             } else {
-                begin_stream(std::move(response), version);
+                begin_stream(response, version);
                 return;
             }
         }
@@ -262,6 +275,7 @@ private:
     }
 
     void send(Response response, unsigned version, bool keep_alive, bool head) {
+        shared_.figures.answered(route_, response.status);
         const auto out = std::make_shared<http::response<http::string_body>>(
             static_cast<http::status>(response.status), version);
         set_headers(*out, response);
@@ -270,7 +284,8 @@ private:
         out->prepare_payload();
         if (head) out->body().clear();
         stream_.next_layer().expires_after(shared_.limits.write_ms);
-        const auto done = [self = shared_from_this(), out, keep_alive](ErrorCode error, std::size_t) {
+        const auto done = [self = shared_from_this(), out, keep_alive](ErrorCode error, std::size_t bytes) {
+            self->shared_.figures.sent(bytes);
             if (error) return;
             if (keep_alive)
                 self->begin();
@@ -287,28 +302,36 @@ private:
         }
     }
 
-    void begin_stream(Response response, unsigned version) {
+    void begin_stream(const Response& response, unsigned version) {
+        shared_.figures.answered(route_, response.status);
         streaming_ = true;
         ++shared_.streams;
-        after_ = *response.stream_after;
+        after_ = response.stream_after.value_or(0);
+        text_ = response.body;
+        const std::optional<CameraId> camera = camera_id_of(response.pictures_of);
         const auto out = std::make_shared<http::response<http::empty_body>>(http::status::ok, version);
         set_headers(*out, response);
-        out->chunked(version >= 11);
+        out->chunked(version >= 11 && !camera);
         out->keep_alive(false);
         chunked_ = out->chunked();
         const auto serializer = std::make_shared<http::response_serializer<http::empty_body>>(*out);
         stream_.next_layer().expires_after(shared_.limits.write_ms);
-        http::async_write_header(stream_, *serializer,
-                                 [self = shared_from_this(), out, serializer](ErrorCode error, std::size_t) {
-                                     if (!error) self->go_on();
-                                 });
+        http::async_write_header(
+            stream_, *serializer,
+            [self = shared_from_this(), out, serializer, camera](ErrorCode error, std::size_t) {
+                if (error) return;
+                if (camera)
+                    begin_mjpeg_session(std::move(self->stream_), *camera, self->shared_.live, self);
+                else
+                    self->go_on();
+            });
     }
 
     /// Sends the events that have come, or looks again in a while.
     void go_on() {
-        text_.clear();
         for (const WatchedEvent& event : shared_.watch.events(after_, most_events_at_once)) {
-            text_ += Routes::event_text(event);
+            if (after_ > 0 && event.id != after_ + 1) text_ += Routes::lost_text(after_, event.id);
+            text_ += Routes::event_text(event, shared_.watch.run());
             after_ = event.id;
         }
         const auto now = std::chrono::steady_clock::now();
@@ -322,9 +345,11 @@ private:
         if (text_.empty()) text_ = ": \n\n";
         sent_ = now;
         stream_.next_layer().expires_after(shared_.limits.write_ms);
-        const auto done = [self = shared_from_this()](ErrorCode error, std::size_t) {
+        const auto done = [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
+            self->shared_.figures.sent(bytes);
             if (error) return;
             self->stream_.next_layer().expires_never();
+            self->text_.clear();
             self->go_on();
         };
         if (chunked_)
@@ -333,7 +358,13 @@ private:
             asio::async_write(stream_, asio::buffer(text_), done);
     }
 
-    void close() { stream_.end(); }
+    void close() {
+        ErrorCode ignored;
+        const bool has_more =
+            buffer_.size() > 0 || stream_.next_layer().socket().available(ignored) > 0 || !parser_->is_done();
+        // Counts among the connections until the client has ended, too.
+        stream_.end(has_more ? [self = shared_from_this()] {} : std::function<void()>());
+    }
 
     Stream stream_;
     asio::steady_timer timer_;
@@ -345,6 +376,7 @@ private:
     bool streaming_ = false, chunked_ = true;
     std::uint64_t after_ = 0;
     std::string text_;
+    std::string_view route_ = "other"; ///< of the request that is answered
     std::chrono::steady_clock::time_point sent_ = std::chrono::steady_clock::now();
 };
 
@@ -372,7 +404,7 @@ std::optional<Response> answer_to(Routes& routes, const HttpLimits& limits, std:
 class HttpServer::Impl {
 public:
     Impl(const HttpLimits& limits, const std::string& address, const Tls* tls)
-        : limits_(limits), tls_(tls), acceptor_(io_), timer_(io_) {
+        : limits_(limits), tls_(tls), acceptor_(io_), timer_(io_), pause_(io_) {
         const tcp::endpoint endpoint = endpoint_of(address);
         ErrorCode error;
         const auto refuse = [&] {
@@ -398,8 +430,9 @@ public:
 
     void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {
         Worker worker;
-        shared_.emplace(Shared{limits_, routes, watch, worker});
+        shared_.emplace(Shared{limits_, routes, watch, worker, routes.figures()});
         shared_->live.pictures = live_;
+        shared_->live.figures = &routes.figures();
         shared_->live.refusal = [&routes](std::string_view token, const std::string& address) {
             return routes.token_refusal(token, address);
         };
@@ -414,8 +447,21 @@ private:
     void accept() {
         acceptor_.async_accept([this](ErrorCode error, tcp::socket socket) {
             if (error == asio::error::operation_aborted) return;
-            if (!error) take(std::move(socket));
+            if (error) {
+                accept_later();
+                return;
+            }
+            take(std::move(socket));
             accept();
+        });
+    }
+
+    /// The client that could not be accepted still waits: without a pause the next try would fail as well,
+    /// and so on, as long as there is no descriptor for it.
+    void accept_later() {
+        pause_.expires_after(std::chrono::milliseconds(100));
+        pause_.async_wait([this](ErrorCode error) {
+            if (!error) accept();
         });
     }
 
@@ -451,7 +497,7 @@ private:
     std::optional<Shared> shared_; ///< outlives the connections, which operations of io_ keep alive
     asio::io_context io_{1};
     tcp::acceptor acceptor_;
-    asio::steady_timer timer_;
+    asio::steady_timer timer_, pause_;
 };
 
 HttpServer::HttpServer(const HttpLimits& limits, const std::string& address, const Tls* tls)

@@ -21,15 +21,18 @@ constexpr std::size_t most_picture_bytes = std::size_t{4} << 20;
 struct Wish {
     View view;
     double hz = 0;
+    PictureEncoding encoding = PictureEncoding::u16;
+    double jpeg_share = 0.25; ///< bytes of a JPEG over those of the digital numbers, as far as they are known
 };
 /// What it gets.
 struct Share {
     View view; ///< with larger bins, perhaps
     double hz = 0;
+    bool jpeg = false;
 };
 
 /// Gives everybody what they ask for if that is not too much; else those that take most get fewer pictures,
-/// down to `least_hz`, and below that larger bins.
+/// down to `least_hz`, below that JPEGs if they take any encoding, and below that larger bins.
 [[nodiscard]] std::vector<Share> shared_out(std::span<const Wish> wishes, double bytes_per_s);
 constexpr double least_hz = 2;
 

@@ -32,7 +32,7 @@ std::uint32_t number_of(const Json& view, const char* name, std::uint32_t most, 
 
 ViewRequest view_of(const Json& json) {
     if (!json.is_object()) refuse("view: an object");
-    constexpr std::array allowed{"camera", "x", "y", "w", "h", "bin", "reduce", "max_hz"};
+    constexpr std::array allowed{"camera", "x", "y", "w", "h", "bin", "reduce", "max_hz", "enc"};
     for (const auto& [key, value] : json.items())
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
             refuse(fmt::format("view: allowed are {}", fmt::join(allowed, ", ")));
@@ -56,6 +56,11 @@ ViewRequest view_of(const Json& json) {
         const std::optional<Reduce> reduce = enum_named<Reduce>(text("reduce"));
         if (!reduce) refuse("view: reduce: max or mean");
         view.reduce = *reduce;
+    }
+    if (json.contains("enc")) {
+        const std::optional<PictureEncoding> encoding = enum_named<PictureEncoding>(text("enc"));
+        if (!encoding) refuse("view: enc: u16, jpeg or auto");
+        out.encoding = *encoding;
     }
     if (const auto hz = json.find("max_hz"); hz != json.end()) {
         // Not a number fails, too.
@@ -104,10 +109,9 @@ ViewerMessage viewer_message_of(std::string_view text) {
     return message;
 }
 
-std::array<unsigned char, picture_header_bytes> picture_header(std::uint32_t camera,
-                                                               const transports::FrameRingHeader& frame,
-                                                               const View& view, std::uint32_t flags,
-                                                               std::uint32_t skipped) {
+std::array<unsigned char, picture_header_bytes>
+picture_header(std::uint32_t camera, const transports::FrameRingHeader& frame, const View& view,
+               std::uint32_t flags, std::uint32_t skipped, std::int64_t made_tai_ns) {
     std::array<unsigned char, picture_header_bytes> out{};
     const auto put = [&out](std::size_t at, std::size_t bytes, std::uint64_t value) {
         for (std::size_t i = 0; i < bytes; ++i)
@@ -132,6 +136,8 @@ std::array<unsigned char, picture_header_bytes> picture_header(std::uint32_t cam
     put(56, 4, skipped);
     put(60, 2, frame.width);
     put(62, 2, frame.height);
+    put(64, 8, frame.number);
+    put(72, 8, static_cast<std::uint64_t>(made_tai_ns));
     return out;
 }
 

@@ -32,6 +32,9 @@ struct ViewRequest {
     CameraId camera;
     View view;
     double max_hz = 10;
+    PictureEncoding encoding = PictureEncoding::u16;
+    std::uint32_t most_side = 0; ///< largest number of columns and rows, for which bins grow; 0: any
+    bool histogram = true;
 };
 
 /// A message of a viewer; each field is set at most once.
@@ -49,11 +52,11 @@ constexpr std::size_t most_viewer_bytes = 4096;
 /// In `flags` of a picture: what the budget has lowered, see live_budget.hpp.
 enum PictureFlag : std::uint32_t { picture_rate_lowered = 1u << 0, picture_view_lowered = 1u << 1 };
 
-constexpr std::size_t picture_header_bytes = 64;
-/// First bytes of a picture; `view` is the one that was made, within the frame.
+constexpr std::size_t picture_header_bytes = 80;
+/// First bytes of a picture; `view` is the one that was made, within the frame, at `made_tai_ns`.
 [[nodiscard]] std::array<unsigned char, picture_header_bytes>
 picture_header(std::uint32_t camera, const transports::FrameRingHeader& frame, const View& view,
-               std::uint32_t flags, std::uint32_t skipped);
+               std::uint32_t flags, std::uint32_t skipped, std::int64_t made_tai_ns);
 
 /// {"histogram": {...}} of a frame.
 [[nodiscard]] std::string histogram_text(std::uint64_t frame_id, const Histogram& histogram);

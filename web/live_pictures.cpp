@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "tools/support/monitor_client.hpp"
-#include "transports/watch/frame_ring_reader.hpp"
+#include "web/jpeg.hpp"
 
 #include <nlohmann/json.hpp>
 #include <poll.h>
@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -32,6 +33,8 @@ constexpr auto share_period = 500ms;
 constexpr auto histogram_period = 500ms;
 /// Rings are looked at so often, should an event get lost.
 constexpr auto longest_wait = 250ms;
+/// Processes whose run is remembered while no daemon of that number answers.
+constexpr std::size_t most_runs = 64;
 /// Looks at the daemons without that of a camera until it has gone.
 constexpr int most_missed = 2;
 /// Half a picture more than the rate allows: frames at just that rate, at times that scatter, all pass.
@@ -50,6 +53,14 @@ void drain(int event) {
         continue;
 }
 
+/// Pictures at that rate between two that are `span` apart. A hidden page, which asks for none, counts for a
+/// while only.
+std::uint64_t wanted_between(double hz, std::chrono::steady_clock::duration span) {
+    const double seconds =
+        std::chrono::duration<double>(std::min<std::chrono::steady_clock::duration>(span, active)).count();
+    return static_cast<std::uint64_t>(std::max(0LL, std::llround(hz * seconds) - 1));
+}
+
 bool is_shown(const transports::FrameRingHeader& frame) {
     return frame.width > 0 && frame.height > 0 && frame.width <= View::most_side &&
            frame.height <= View::most_side;
@@ -64,15 +75,11 @@ struct LivePictures::Camera {
     std::uint64_t oldest = 0; ///< frames up to this serial number are of a time when nobody looked
     std::optional<Clock::time_point> asked; ///< when the daemon was last asked for its frames
     int missed = 0;
+    std::int64_t tai_offset_ns = 0;      ///< TAI minus CLOCK_MONOTONIC, of the daemon
     std::uint32_t width = 0, height = 0; ///< of the last frame; 0: none that can be shown
 
-    // The thread's: pictures of the newest frame.
-    struct Made {
-        View view;
-        std::shared_ptr<const std::vector<std::uint16_t>> pixels;
-    };
-    std::uint64_t made_of = 0;
-    std::vector<Made> made;
+    // The thread's: of the newest frame.
+    MadePictures made;
     std::string histogram;
     std::uint64_t histogram_of = 0;
     Clock::time_point histogram_at{};
@@ -87,6 +94,8 @@ struct LivePictures::Viewer {
     Clock::time_point sent_at{};
     Pace pace{pictures_at_once};
     View view{}; ///< that it gets
+    bool jpeg = false;
+    double jpeg_share = Wish{}.jpeg_share;
     double hz = 0;
     std::uint64_t histogram_of = 0;
     Clock::time_point histogram_at{};
@@ -99,6 +108,7 @@ struct LivePictures::Due {
     std::shared_ptr<Camera> camera;
     CameraId id;
     View view;
+    bool jpeg = false;
     std::uint32_t flags = 0;
     std::uint64_t last_number = 0;
     bool histogram = false;
@@ -107,9 +117,12 @@ struct LivePictures::Due {
     Clock::time_point sent_at{};
 };
 
-LivePictures::LivePictures(double bytes_per_s)
-    : bytes_(bytes_per_s * seconds_at_once),
+LivePictures::LivePictures(double bytes_per_s, std::shared_ptr<WebFigures> figures,
+                           std::shared_ptr<KeptFrames> frames)
+    : frames_(std::move(frames)),
+      bytes_(bytes_per_s * seconds_at_once),
       bytes_per_s_(bytes_per_s),
+      figures_(std::move(figures)),
       wake_(new_wake()),
       thread_([this] { work(); }) {
     const std::lock_guard lock(mutex_);
@@ -139,12 +152,14 @@ void LivePictures::wake() {
 LivePictures::ViewerId LivePictures::join(Deliver deliver) {
     const std::lock_guard lock(mutex_);
     viewers_.emplace(++last_id_, std::make_unique<Viewer>(Viewer{std::move(deliver)}));
+    figures_->viewer_joined();
     return last_id_;
 }
 
 void LivePictures::leave(ViewerId viewer) {
     const std::lock_guard lock(mutex_);
-    viewers_.erase(viewer);
+    if (viewers_.erase(viewer) > 0) figures_->viewer_left();
+    frames_->left(viewer);
     shares_changed_ = true;
 }
 
@@ -157,11 +172,15 @@ void LivePictures::view(ViewerId id, const ViewRequest& request) {
         viewer.last_serial = viewer.last_number = viewer.histogram_of = 0;
         viewer.histogram_at = {};
     }
-    viewer.request = request;
+    const std::optional<ViewRequest> before = std::exchange(viewer.request, request);
     viewer.changed = true;
     shares_changed_ = true;
     auto& camera = cameras_[request.camera];
     if (!camera) camera = std::make_shared<Camera>();
+    // A viewer may name cameras that are not there faster than the daemons are looked at.
+    if (before && !is_seen(before->camera))
+        if (const auto left = cameras_.find(before->camera); left != cameras_.end() && !left->second->ring)
+            cameras_.erase(left);
     look_if_wanted(viewer, lock);
 }
 
@@ -170,6 +189,8 @@ void LivePictures::ready(ViewerId id) {
     const auto found = viewers_.find(id);
     if (found == viewers_.end() || found->second->ready) return;
     found->second->ready = true;
+    // Who has rested had no share, and keeps the rate of one before.
+    if (Clock::now() - found->second->sent_at > active) shares_changed_ = true;
     look_if_wanted(*found->second, lock);
 }
 
@@ -195,7 +216,33 @@ bool LivePictures::waits(const Viewer& viewer) const {
     return viewer.request && (viewer.ready || Clock::now() - viewer.sent_at < expected);
 }
 
-void LivePictures::visit(const tools::MonitorClient& daemon, std::int64_t pid) {
+bool LivePictures::is_seen(const CameraId& camera) const {
+    return std::any_of(viewers_.begin(), viewers_.end(), [&camera](const auto& viewer) {
+        return viewer.second->request && viewer.second->request->camera == camera;
+    });
+}
+
+std::size_t LivePictures::cameras() const {
+    const std::lock_guard lock(mutex_);
+    return cameras_.size();
+}
+
+void LivePictures::begin_anew(std::int64_t pid) {
+    frames_->forget(pid);
+    for (auto& [id, camera] : cameras_) {
+        if (id.pid != pid) continue;
+        camera = std::make_shared<Camera>(); // the memory of the one before gets no more frames
+        for (auto& [number, viewer] : viewers_) {
+            if (!viewer->request || viewer->request->camera != id) continue;
+            viewer->last_serial = viewer->last_number = viewer->histogram_of = 0;
+            viewer->histogram_at = {};
+        }
+    }
+    shares_changed_ = true;
+}
+
+void LivePictures::visit(const tools::MonitorClient& daemon, const DaemonRun& run) {
+    const std::int64_t pid = run.pid;
     struct Wanted {
         CameraId id;
         std::shared_ptr<Camera> camera;
@@ -205,6 +252,8 @@ void LivePictures::visit(const tools::MonitorClient& daemon, std::int64_t pid) {
     std::vector<Wanted> wanted;
     {
         const std::lock_guard lock(mutex_);
+        const auto [known, is_new] = runs_.try_emplace(pid, run.started);
+        if (!is_new && std::exchange(known->second, run.started) != run.started) begin_anew(pid);
         for (const auto& [id, camera] : cameras_) {
             if (id.pid != pid) continue;
             double hz = 0;
@@ -235,8 +284,10 @@ void LivePictures::visit(const tools::MonitorClient& daemon, std::int64_t pid) {
             }
             // Twice as often as pictures are wanted: frames do not come at the times when these are due.
             const auto period_us = static_cast<std::uint64_t>(0.5e6 / one.hz);
-            (void)daemon.ask(
+            const nlohmann::ordered_json told = daemon.ask(
                 {{"verb", "watch"}, {"camera", one.id.number}, {"pid", pid}, {"period_us", period_us}});
+            const std::lock_guard lock(mutex_);
+            one.camera->tai_offset_ns = told.value("tai_offset_ns", std::int64_t{0});
         } catch (const Error& error) {
             const std::lock_guard lock(mutex_);
             gone(one.id, error.what());
@@ -252,15 +303,16 @@ void LivePictures::visited(std::span<const std::int64_t> pids) {
         const bool there = std::find(pids.begin(), pids.end(), id.pid) != pids.end();
         camera->missed = there ? 0 : camera->missed + 1;
         if (camera->missed >= most_missed) missing.push_back(id);
-        const bool seen = std::any_of(viewers_.begin(), viewers_.end(), [&id = id](const auto& viewer) {
-            return viewer.second->request && viewer.second->request->camera == id;
-        });
-        if (!seen) unseen.push_back(id);
+        if (!is_seen(id)) unseen.push_back(id);
     }
     for (const CameraId& id : missing)
         gone(id, "no daemon of this process answers");
     for (const CameraId& id : unseen)
         cameras_.erase(id);
+    if (runs_.size() > most_runs)
+        std::erase_if(runs_, [&pids](const auto& run) {
+            return std::find(pids.begin(), pids.end(), run.first) == pids.end();
+        });
 }
 
 void LivePictures::gone(const CameraId& id, const std::string& why) {
@@ -320,12 +372,18 @@ void LivePictures::share(Clock::time_point now) {
         const auto camera = cameras_.find(viewer.request->camera);
         if (camera == cameras_.end() || camera->second->width == 0) continue;
         of.push_back(&viewer);
-        wishes.push_back({clipped(viewer.request->view, camera->second->width, camera->second->height),
-                          viewer.request->max_hz});
+        View view = clipped(viewer.request->view, camera->second->width, camera->second->height);
+        const PictureEncoding encoding = viewer.request->encoding;
+        const std::size_t side = viewer.request->most_side != 0 ? viewer.request->most_side : most_jpeg_side;
+        if (encoding != PictureEncoding::u16)
+            while (std::max(view.columns(), view.rows()) > side && view.bin < View::most_bin)
+                view.bin *= 2;
+        wishes.push_back({view, viewer.request->max_hz, encoding, viewer.jpeg_share});
     }
     const std::vector<Share> shares = shared_out(wishes, bytes_per_s_);
     for (std::size_t i = 0; i < of.size(); ++i) {
         of[i]->view = shares[i].view;
+        of[i]->jpeg = shares[i].jpeg;
         if (of[i]->hz != shares[i].hz) of[i]->pace.set_rate(shares[i].hz, now);
         of[i]->hz = shares[i].hz;
     }
@@ -354,7 +412,9 @@ std::vector<LivePictures::Due> LivePictures::due(Clock::time_point now, Clock::t
         if (camera == cameras_.end() || !camera->second->ring || camera->second->width == 0) continue;
         const std::uint64_t newest = camera->second->ring->newest();
         const bool has_picture = newest <= viewer.last_serial && !viewer.changed;
-        if (newest <= camera->second->oldest || (has_picture && newest <= viewer.histogram_of)) continue;
+        if (newest <= camera->second->oldest ||
+            (has_picture && (!viewer.request->histogram || newest <= viewer.histogram_of)))
+            continue;
         auto at = std::max(viewer.pace.time_of(1, now), bytes_.time_of(1, now));
         if (has_picture) {
             at = viewer.histogram_at + histogram_period;
@@ -365,11 +425,11 @@ std::vector<LivePictures::Due> LivePictures::due(Clock::time_point now, Clock::t
             next = std::min(next, at);
             continue;
         }
-        Due one{!has_picture, id, camera->second, viewer.request->camera, viewer.view};
+        Due one{!has_picture, id, camera->second, viewer.request->camera, viewer.view, viewer.jpeg};
         one.flags = (viewer.hz < viewer.request->max_hz ? picture_rate_lowered : 0U) |
                     (viewer.view.bin > viewer.request->view.bin ? picture_view_lowered : 0U);
         one.last_number = viewer.last_number;
-        one.histogram = now - viewer.histogram_at >= histogram_period;
+        one.histogram = viewer.request->histogram && now - viewer.histogram_at >= histogram_period;
         one.histogram_of = viewer.histogram_of;
         one.deliver = viewer.deliver;
         one.sent_at = viewer.sent_at;
@@ -389,28 +449,19 @@ void LivePictures::serve(std::vector<Due>& due, std::unique_lock<std::mutex>& lo
         lock.unlock();
         const std::optional<RingFrame> frame = ring.read();
         bool whole = frame && is_shown(frame->header);
-        std::shared_ptr<const std::vector<std::uint16_t>> pixels;
-        View view;
+        MadePicture made;
+        std::shared_ptr<const KeptFrame> kept;
         if (whole) {
             const transports::FrameRingHeader& header = frame->header;
-            if (camera.made_of != frame->serial) camera.made.clear();
-            camera.made_of = frame->serial;
-            view = clipped(one.view, header.width, header.height);
-            const auto made = std::find_if(camera.made.begin(), camera.made.end(),
-                                           [&view](const Camera::Made& m) { return m.view == view; });
-            if (made != camera.made.end()) {
-                pixels = made->pixels;
-            } else if (one.picture) {
-                pixels = std::make_shared<const std::vector<std::uint16_t>>(
-                    reduced(frame->pixels, header.width, view));
-                camera.made.push_back({view, pixels});
-            }
+            if (one.picture)
+                made = camera.made.picture(*frame, clipped(one.view, header.width, header.height), one.jpeg);
             if (one.histogram && now - camera.histogram_at >= histogram_period) {
                 camera.histogram = histogram_text(
                     header.frame_id, histogram_of(frame->pixels, std::clamp(header.bits, 8U, 16U), counts_));
                 camera.histogram_of = frame->serial;
                 camera.histogram_at = now;
             }
+            if (one.picture && !frames_->find(one.id, header.number)) kept = kept_frame(one.id, *frame);
             whole = ring.intact(*frame);
             if (!whole) { // overwritten meanwhile: the next turn takes a newer one
                 camera.made.clear();
@@ -422,6 +473,9 @@ void LivePictures::serve(std::vector<Due>& due, std::unique_lock<std::mutex>& lo
                                           ? camera.histogram
                                           : std::string();
         lock.lock();
+        const auto now_there = cameras_.find(one.id);
+        if (now_there == cameras_.end() || now_there->second != one.camera) continue; // of an earlier run
+        if (whole && kept) frames_->keep(std::move(kept));
         const auto found = viewers_.find(one.viewer);
         if (!whole || found == viewers_.end()) continue;
         Viewer& viewer = *found->second;
@@ -433,14 +487,27 @@ void LivePictures::serve(std::vector<Due>& due, std::unique_lock<std::mutex>& lo
             const std::uint64_t skipped =
                 one.last_number > 0 && number > one.last_number ? number - one.last_number - 1 : 0;
             viewer.last_number = number;
+            figures_->pictured(
+                std::min(skipped, wanted_between(viewer.request->max_hz, now - viewer.sent_at)));
             viewer.sent_at = now;
             viewer.pace.take(1, now);
-            bytes_.take(static_cast<double>(picture_header_bytes + 2 * pixels->size()), now);
+            frames_->shown(one.viewer, one.id, number);
+            const std::chrono::nanoseconds made_at = now.time_since_epoch();
+            bytes_.take(static_cast<double>(picture_header_bytes +
+                                            (made.jpeg ? made.jpeg->size() : 2 * made.pixels->size())),
+                        now);
+            // Some more than this one: the next may need it.
+            if (made.jpeg)
+                viewer.jpeg_share =
+                    1.25 * static_cast<double>(made.jpeg->size()) / static_cast<double>(made.view.bytes());
             LiveDelivery picture;
             picture.header =
-                picture_header(one.id.number, frame->header, view, one.flags,
-                               static_cast<std::uint32_t>(std::min<std::uint64_t>(skipped, UINT32_MAX)));
-            picture.pixels = std::move(pixels);
+                picture_header(one.id.number, frame->header, made.view, one.flags,
+                               static_cast<std::uint32_t>(std::min<std::uint64_t>(skipped, UINT32_MAX)),
+                               camera.tai_offset_ns != 0 ? made_at.count() + camera.tai_offset_ns : 0);
+            picture.header[51] = made.jpeg ? 1 : 0;
+            picture.pixels = std::move(made.pixels);
+            picture.jpeg = std::move(made.jpeg);
             one.deliver(std::move(picture));
         }
         if (histogram.empty()) continue;

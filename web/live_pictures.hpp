@@ -4,8 +4,11 @@
 
 #include "core/file_descriptor.hpp"
 #include "web/daemon_watch.hpp"
+#include "web/kept_frames.hpp"
 #include "web/live_budget.hpp"
 #include "web/live_message.hpp"
+#include "web/made_pictures.hpp"
+#include "web/web_figures.hpp"
 
 #include <array>
 #include <chrono>
@@ -27,6 +30,8 @@ struct LiveDelivery {
     std::string text;
     std::array<unsigned char, picture_header_bytes> header{};
     std::shared_ptr<const std::vector<std::uint16_t>> pixels; ///< shared with viewers of the same view
+    std::shared_ptr<const std::vector<unsigned char>> jpeg =
+        {}; ///< goes in place of `pixels`; null: these do
 };
 
 /// A viewer has at most one picture on its way: the next is made once it has said that it is ready, from the
@@ -35,7 +40,10 @@ struct LiveDelivery {
 /// for their rings. Thread-safe.
 class LivePictures final : public DaemonVisitor {
 public:
-    explicit LivePictures(double bytes_per_s = live_bytes_per_s);
+    /// `frames` gets those that viewers see.
+    explicit LivePictures(double bytes_per_s = live_bytes_per_s,
+                          std::shared_ptr<WebFigures> figures = std::make_shared<WebFigures>(),
+                          std::shared_ptr<KeptFrames> frames = std::make_shared<KeptFrames>());
     ~LivePictures() override;
     LivePictures(const LivePictures&) = delete;
     LivePictures& operator=(const LivePictures&) = delete;
@@ -51,12 +59,14 @@ public:
     void ready(ViewerId viewer);
     /// Nothing is delivered any more.
     void stop();
+    /// Cameras that are looked at, or have been half a second ago.
+    [[nodiscard]] std::size_t cameras() const;
 
     /// Called, on any thread, when a camera is wanted that no daemon has been asked for: the watch should
     /// look.
     void when_wanted(std::function<void()> look);
 
-    void visit(const tools::MonitorClient& daemon, std::int64_t pid) override;
+    void visit(const tools::MonitorClient& daemon, const DaemonRun& run) override;
     void visited(std::span<const std::int64_t> pids) override;
 
 private:
@@ -70,20 +80,26 @@ private:
     void wake();
     void share(Clock::time_point now);
     [[nodiscard]] bool waits(const Viewer& viewer) const;
+    [[nodiscard]] bool is_seen(const CameraId& camera) const;
     [[nodiscard]] std::vector<Due> due(Clock::time_point now, Clock::time_point& next);
     void serve(std::vector<Due>& due, std::unique_lock<std::mutex>& lock);
     /// Unlocks.
     void look_if_wanted(Viewer& viewer, std::unique_lock<std::mutex>& lock);
     void gone(const CameraId& id, const std::string& why);
+    /// Forgets what is of an earlier run of the daemon.
+    void begin_anew(std::int64_t pid);
 
-    std::mutex mutex_; ///< of all that follows but the thread's
+    const std::shared_ptr<KeptFrames> frames_;
+    mutable std::mutex mutex_; ///< of all that follows but the thread's
     bool stopping_ = false;
     ViewerId last_id_ = 0;
     std::map<ViewerId, std::unique_ptr<Viewer>> viewers_;
     std::map<CameraId, std::shared_ptr<Camera>> cameras_;
+    std::map<std::int64_t, std::string> runs_; ///< DaemonRun::started by process, as seen last
     std::function<void()> look_;
     Pace bytes_;
     const double bytes_per_s_;
+    const std::shared_ptr<WebFigures> figures_;
     bool shares_changed_ = true;
     Clock::time_point shared_at_{};
     FileDescriptor wake_;

@@ -134,6 +134,7 @@ private:
     /// Tells why, and ends the connection.
     void refuse(std::string_view why) {
         if (ending_) return;
+        timer_.cancel(); // else it would keep the session, and its place among the viewers
         write({reason_text("error", why), {}, nullptr});
         ending_ = true;
     }
@@ -146,7 +147,8 @@ private:
 
     void write_next() {
         const LiveDelivery& next = waiting_.front();
-        const auto done = [self = shared_from_this()](ErrorCode error, std::size_t) {
+        const auto done = [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
+            self->services_.figures->sent(bytes);
             if (error) return;
             self->waiting_.pop_front();
             self->pass_ready();
@@ -158,9 +160,10 @@ private:
         };
         if (next.pixels) {
             socket_.binary(true);
-            socket_.async_write(
-                std::array<asio::const_buffer, 2>{asio::buffer(next.header), asio::buffer(*next.pixels)},
-                done);
+            socket_.async_write(std::array<asio::const_buffer, 2>{asio::buffer(next.header),
+                                                                  next.jpeg ? asio::buffer(*next.jpeg)
+                                                                            : asio::buffer(*next.pixels)},
+                                done);
         } else {
             socket_.text(true);
             socket_.async_write(asio::buffer(next.text), done);

@@ -26,6 +26,7 @@ struct LiveServices {
     /// Why a client of that address may not look with that token; none: it may.
     std::function<std::optional<std::string>(std::string_view token, const std::string& address)> refusal;
     std::size_t viewers = 0;
+    WebFigures* figures = nullptr; ///< outlives the sessions
 };
 
 using LiveRequest = boost::beast::http::request<boost::beast::http::string_body>;

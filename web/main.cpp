@@ -6,6 +6,7 @@
 #include "emulator/service_notify.hpp"
 #include "tools/support/command_line.hpp"
 #include "tools/support/interrupt.hpp"
+#include "tools/support/web_links.hpp"
 #include "web/daemon_watch.hpp"
 #include "web/http_server.hpp"
 #include "web/link_file.hpp"
@@ -128,12 +129,16 @@ int serve(const Options& options) {
     HttpServer server(HttpLimits{}, options.address, tls ? &*tls : nullptr);
     const std::string host =
         fmt::format("{}:{}", options.address.substr(0, options.address.rfind(':')), server.port());
-    const auto pictures = std::make_shared<LivePictures>();
+    const auto figures = std::make_shared<WebFigures>();
+    const auto frames = std::make_shared<KeptFrames>();
+    const auto pictures = std::make_shared<LivePictures>(live_bytes_per_s, figures, frames);
     DaemonWatch watch(options.socket, std::chrono::milliseconds(500), pictures.get());
     pictures->when_wanted([&watch] { watch.look_soon(); });
     server.serve_live(pictures);
-    Routes routes({tokens, OwnNames(options.hosts, server.port(), secure), OBSCURA_VERSION}, watch);
+    Routes routes({tokens, OwnNames(options.hosts, server.port(), secure), OBSCURA_VERSION, figures, frames},
+                  watch);
     const std::string page = link(options, host, token);
+    tools::remove_left_over_web_links();
     const LinkFile file(emulator::own_monitor_folder(), page);
     fmt::print("{}\n", page);
     std::fflush(stdout);

@@ -16,16 +16,20 @@ namespace obscura::web {
 struct Request {
     std::string_view method, target;       ///< "GET", "/api/v1/events?after=3"
     std::string_view host, origin, bearer; ///< of the headers; empty: missing
-    std::string_view content_type, if_match, if_none_match;
+    std::string_view content_type, if_match, if_none_match, accept_encoding, prefer, idempotency_key,
+        last_event_id;
     std::string_view body;
-    bool has_host = false, has_origin = false;
-    std::string address; ///< of the client, without port
+    bool has_host = false, has_origin = false, has_idempotency_key = false;
+    std::string password; ///< of the scheme Basic; empty: missing
+    std::string address;  ///< of the client, without port
 };
 
 struct Response;
 
 /// What a worker has to do for an answer, see Worker.
 struct Job {
+    /// Jobs of one lane follow each other; a lane for each daemon, "" for jobs that ask none.
+    std::string lane{};
     /// Jobs of one queue have places of their own, so that waiting for frames keeps no command out.
     enum class Queue : std::uint8_t { calls, frames } queue = Queue::calls;
     /// Goes on for a short time; none: not done, to be called again. Does not throw.
@@ -38,9 +42,13 @@ struct Response {
     std::string_view type; ///< of the body
     std::string body;
     std::vector<std::pair<std::string, std::string>> headers{};
-    /// Events with larger ids follow as they come, as server-sent events.
+    /// Events with larger ids follow `body` as they come, as server-sent events.
     std::optional<std::uint64_t> stream_after{};
-    std::optional<Job> job{}; ///< makes the answer that is sent instead of this one
+    /// Pictures of the camera of that id follow, see begin_mjpeg_session(); empty: none.
+    std::string pictures_of{};
+    std::optional<Job> job{};    ///< makes the answer that is sent instead of this one
+    std::string_view route{};    ///< id of the row of the table of routes, or another word; static
+    bool may_have_acted = false; ///< though it is a refusal: what a daemon was asked to do has no answer
 };
 
 } // namespace obscura::web

@@ -47,13 +47,21 @@ Json parameters_of(const Route& route) {
     Json parameters = Json::array();
     if (route.path.find("{camera}") != std::string_view::npos)
         parameters.push_back({{"$ref", "#/components/parameters/camera"}});
-    for (const Parameter& field : route.query)
+    if (route.path.find("{frame}") != std::string_view::npos)
+        parameters.push_back({{"$ref", "#/components/parameters/frame"}});
+    for (const Parameter& field : route.query) {
         parameters.push_back({{"name", field.name},
                               {"in", "query"},
                               {"description", field.help},
                               {"schema", schema_of(field)}});
+        if (field.required) parameters.back()["required"] = true;
+    }
+    if (route.answers == Answers::events)
+        parameters.push_back({{"$ref", "#/components/parameters/last_event_id"}});
     if (route.method == "PATCH" || route.method == "PUT")
         parameters.push_back({{"$ref", "#/components/parameters/if_match"}});
+    if (route.changes()) parameters.push_back({{"$ref", "#/components/parameters/idempotency_key"}});
+    if (route.answers == Answers::trigger) parameters.push_back({{"$ref", "#/components/parameters/prefer"}});
     return parameters;
 }
 
@@ -68,30 +76,35 @@ Json responses_of(const Route& route) {
     else if (type == "application/json")
         content[type] = {{"schema", {{"type", "object"}}}};
     const bool of_camera = route.path.find("{camera}") != std::string_view::npos;
-    const bool of_frame = route.path.find("/frames/") != std::string_view::npos;
+    const bool of_newest = route.path.find("/frames/latest.") != std::string_view::npos;
     if (route.answers == Answers::events) content["text/event-stream"] = Json::object();
     Json responses{{"200", {{"description", route.help}, {"content", content}}}};
     if (route.answers == Answers::trigger)
-        responses["202"] = {{"description", "The fate of the frame is not known"}, {"content", content}};
-    if (of_frame) responses["204"] = {{"description", "No frame came in time"}};
-    if (of_camera && !route.changes()) responses["304"] = {{"description", "As If-None-Match has it"}};
+        responses["202"] = {{"description", "The fate of the frame is not known, or was not asked for"},
+                            {"content", content}};
+    if (of_newest) responses["204"] = {{"description", "No frame came in time"}};
+    const bool is_tagged = route.answers == Answers::page || route.answers == Answers::openapi ||
+                           (of_camera && !route.changes() && route.answers != Answers::pictures);
+    if (is_tagged) responses["304"] = {{"description", "As If-None-Match has it"}};
     const auto refuse = [&](bool can, std::initializer_list<const char*> statuses) {
         for (const char* status : statuses)
             if (can) responses[status] = {{"$ref", "#/components/responses/problem"}};
     };
-    refuse(route.changes(), {"400"});
+    refuse(route.changes() || route.answers == Answers::events, {"400"});
     refuse(route.role.has_value(), {"401"});
     refuse(true, {"403"});
-    refuse(of_camera, {"404", "409"});
+    refuse(of_camera || route.answers == Answers::support_bundle, {"404", "409"});
     refuse(route.method == "PATCH" || route.method == "PUT", {"412"});
     refuse(route.changes(), {"415"});
     refuse(true, {"421"});
-    refuse(!route.query.empty() || route.changes(), {"422"});
+    refuse(route.is_api(), {"422"}); // of fields of the query, too
     refuse(route.role.has_value(), {"429"});
     if (route.answers == Answers::ready)
         responses["503"] = {{"description", "A camera is not good, or there is none"}, {"content", content}};
     else
-        refuse(of_camera || route.answers == Answers::events, {"503"});
+        refuse(of_camera || route.answers == Answers::events || route.answers == Answers::pictures ||
+                   route.answers == Answers::support_bundle || route.answers == Answers::self_test,
+               {"503"});
     return responses;
 }
 
@@ -132,10 +145,35 @@ Json openapi_document(std::string_view version) {
           {"required", true},
           {"description", "`id` of a camera in the answer to /api/v1/state"},
           {"schema", {{"type", "string"}}}}},
+        {"frame",
+         {{"name", "frame"},
+          {"in", "path"},
+          {"required", true},
+          {"description", "`id` of a frame: of latest.json, or of a picture of the WebSocket"},
+          {"schema", {{"type", "integer"}, {"minimum", 0}}}}},
         {"if_match",
          {{"name", "If-Match"},
           {"in", "header"},
           {"description", "ETag of the value that was read: another one is not overwritten"},
+          {"schema", {{"type", "string"}}}}},
+        {"last_event_id",
+         {{"name", "Last-Event-ID"},
+          {"in", "header"},
+          {"description",
+           "Of a stream: the `id` of the last event, after which it goes on. Where some are lost an event "
+           "`lost` tells how many, null: not known"},
+          {"schema", {{"type", "string"}, {"pattern", "^[0-9]+(-[0-9a-f]{8})?$"}}}}},
+        {"idempotency_key",
+         {{"name", "Idempotency-Key"},
+          {"in", "header"},
+          {"description",
+           "A text of the client's: the same command that is sent again with it within ten minutes is not "
+           "made again, but answered as before"},
+          {"schema", {{"type", "string"}, {"pattern", "^[!-~]{1,128}$"}}}}},
+        {"prefer",
+         {{"name", "Prefer"},
+          {"in", "header"},
+          {"description", "respond-async: answer at once with 202, as with wait = false"},
           {"schema", {{"type", "string"}}}}}};
     components["responses"] = {
         {"problem",

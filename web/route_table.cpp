@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cstddef>
+#include <system_error>
 
 namespace obscura::web {
 namespace {
@@ -11,7 +14,8 @@ using Type = Parameter::Type;
 
 constexpr double most_id = 9e15; ///< that a double holds exactly
 
-constexpr std::string_view text_type = "text/plain; charset=utf-8", json_type = "application/json";
+constexpr std::string_view text_type = "text/plain; charset=utf-8", json_type = "application/json",
+                           mjpeg_type = "multipart/x-mixed-replace; boundary=picture";
 
 constexpr std::array events_query{
     Parameter{"after", Type::integer, "Only lines with a larger id", false, 0, most_id},
@@ -23,11 +27,20 @@ constexpr std::array force_query{Parameter{
     "force", Type::boolean, "Write although a GigE Vision client controls the camera; for the role admin"}};
 constexpr std::array timing_query{
     Parameter{"after", Type::integer, "Only frames after this one", false, 0, most_id},
-    Parameter{"most", Type::integer, "Largest number of rows", false, 1, 256}};
+    Parameter{"most", Type::integer, "Largest number of rows", false, 1, 1024}};
+constexpr std::array probe_query{
+    Parameter{"x", Type::integer, "Column of the image", true, 0, 65535, "px"},
+    Parameter{"y", Type::integer, "Row of the image", true, 0, 65535, "px"},
+    Parameter{"frame", Type::integer,
+              "Number of a frame, one of the newest; 0: the newest, which is the default", false, 0,
+              most_id}};
 constexpr std::array frame_query{
     Parameter{"after", Type::integer, "Only a frame with a larger id: that of the last answer", false, 0,
               most_id},
     Parameter{"wait", Type::number, "Longest wait for such a frame", false, 0, 30, "s"}};
+constexpr std::array truth_query{Parameter{
+    "frame", Type::integer, "Frame of that number, one of the latest that were looked at; 0: the newest",
+    false, 0, most_id}};
 constexpr std::array trigger_fields{
     Parameter{"wait", Type::boolean, "Answer when the fate of the frame is known, which is the default"}};
 constexpr std::array acquisition_fields{
@@ -36,6 +49,20 @@ constexpr std::array fault_fields{Parameter{
     "rules", Type::array, "Rules as GET has them, instead of those that are armed; none: disarm", true}};
 constexpr std::array scene_fields{
     Parameter{"file", Type::string, "Name of a shipped scene, or of a file below control.scenes", true}};
+
+constexpr std::array pose_fields{
+    Parameter{"name", Type::string, "Body or lamp of the scene, or \"camera\"", true},
+    Parameter{"time_s", Type::number, "Scene time of the pose, later than that of the one before", true, 0,
+              999'999'999, "s"},
+    Parameter{"position_m", Type::array, "Position x, y, z, inertial or in the parent's frame, m", true},
+    Parameter{"orientation", Type::array, "Quaternion w, x, y, z; missing: that of the frame"}};
+constexpr std::array step_fields{Parameter{"time_s", Type::number,
+                                           "Scene time of the frame, later than that of the step before",
+                                           true, 0, 999'999'999, "s"}};
+constexpr std::array level_fields{
+    Parameter{"level", Type::string, "error, warning, notice, info or debug", true}};
+constexpr std::array bundle_query{
+    Parameter{"camera", Type::string, "`id` of a camera, whose daemon is meant; missing: the first one"}};
 
 constexpr std::array all_routes{
     Route{Answers::page,
@@ -104,7 +131,11 @@ constexpr std::array all_routes{
           Body::fields,
           fault_fields},
     Route{Answers::truth, "GET", "/api/v1/cameras/{camera}/truth", "truth", Role::viewer,
-          "Where bodies and stars are in the newest frame", json_type, "Truth"},
+          "Where bodies, limbs, stars, windows and hot pixels are in a frame", json_type, "Truth",
+          truth_query},
+    Route{Answers::probe, "GET", "/api/v1/cameras/{camera}/probe", "probe", Role::viewer,
+          "One pixel of a frame: digital number, electrons, irradiance, and what it shows", json_type,
+          "Probe", probe_query},
     Route{Answers::scenes, "GET", "/api/v1/cameras/{camera}/scenes", "scenes", Role::viewer,
           "Scenes that can be shown", json_type, "Scenes"},
     Route{Answers::show_scene,
@@ -118,6 +149,85 @@ constexpr std::array all_routes{
           {},
           Body::fields,
           scene_fields},
+    Route{Answers::scene, "GET", "/api/v1/cameras/{camera}/scene", "scene", Role::viewer,
+          "The scene that is shown: its bodies, and where their poses come from", json_type, "Scene"},
+    Route{Answers::pose,
+          "POST",
+          "/api/v1/cameras/{camera}/pose",
+          "pose",
+          Role::control,
+          "Moves the camera, a body or a lamp; needs simulator.enabled",
+          json_type,
+          {},
+          {},
+          Body::fields,
+          pose_fields},
+    Route{Answers::step,
+          "POST",
+          "/api/v1/cameras/{camera}/step",
+          "step",
+          Role::control,
+          "Makes the frame of a scene time in lockstep; answers when its last row has left",
+          json_type,
+          "Step",
+          {},
+          Body::fields,
+          step_fields},
+    Route{Answers::device, "GET", "/api/v1/cameras/{camera}/device", "device", Role::viewer,
+          "Features of the GigE Vision side with the values that its client reads", json_type, "Device"},
+    Route{Answers::set_device,
+          "POST",
+          "/api/v1/cameras/{camera}/device",
+          "device.set",
+          Role::control,
+          "Writes one of those features, or runs a command by true: {\"UserSetLoad\": true}",
+          json_type,
+          "Written",
+          {},
+          Body::map},
+    Route{Answers::release,
+          "POST",
+          "/api/v1/cameras/{camera}/release",
+          "release",
+          Role::admin,
+          "Takes control away from the GigE Vision client that has it",
+          json_type,
+          "Released",
+          {},
+          Body::fields},
+    Route{Answers::reload,
+          "POST",
+          "/api/v1/cameras/{camera}/reload",
+          "reload",
+          Role::admin,
+          "Has the daemon read its configuration again, as SIGHUP does; all changes are taken on, or none",
+          json_type,
+          {},
+          {},
+          Body::fields},
+    Route{Answers::set_log_level,
+          "POST",
+          "/api/v1/cameras/{camera}/log-level",
+          "log_level",
+          Role::control,
+          "Changes how much the daemon logs, until the next reload",
+          json_type,
+          "LogLevel",
+          {},
+          Body::fields,
+          level_fields},
+    Route{Answers::support_bundle,
+          "GET",
+          "/api/v1/support-bundle",
+          "support-bundle",
+          Role::admin,
+          "What a maintainer wants to know, as obscura support-bundle saves it: no frames, no tokens",
+          "application/zstd",
+          {},
+          bundle_query},
+    Route{Answers::self_test, "GET", "/api/v1/self-test", "self-test", Role::control,
+          "Measures for 0.6 s how late an ordinary thread of this machine releases rows", json_type,
+          "SelfTest"},
     Route{Answers::configuration, "GET", "/api/v1/cameras/{camera}/configuration", "configuration",
           Role::viewer, "Every key of the configuration, its value and where that comes from", json_type,
           "Configuration"},
@@ -151,18 +261,63 @@ constexpr std::array all_routes{
           "application/octet-stream",
           {},
           frame_query},
+    Route{Answers::frame_jpeg,
+          "GET",
+          "/api/v1/cameras/{camera}/frames/latest.jpg",
+          "frame.jpg",
+          Role::viewer,
+          "The newest frame as 8-bit grey JPEG with the contrast of previews, not for measurement; at most "
+          "8192 columns and rows",
+          "image/jpeg",
+          {},
+          frame_query},
+    Route{Answers::pictures, "GET", "/api/v1/cameras/{camera}/live.mjpg", "live.mjpg", Role::viewer,
+          "Pictures of at most 512 pixels a side, at most 5 a second, as JPEG with the contrast of previews, "
+          "for players; the "
+          "token may also be the password of the scheme Basic",
+          mjpeg_type},
+    Route{Answers::pictures, "GET", "/live.mjpg", "live.mjpg.first", Role::viewer,
+          "The same of the first camera", mjpeg_type},
+    Route{Answers::frame_json, "GET", "/api/v1/cameras/{camera}/frames/{frame}.json", "frame.id.json",
+          Role::viewer, "What is known of a frame that a viewer sees, or has just seen", json_type, "Frame"},
+    Route{Answers::frame_png, "GET", "/api/v1/cameras/{camera}/frames/{frame}.png", "frame.id.png",
+          Role::viewer, "That frame, 16 bits a pixel, digital numbers as they are", "image/png"},
+    Route{Answers::frame_fits, "GET", "/api/v1/cameras/{camera}/frames/{frame}.fits", "frame.id.fits",
+          Role::viewer, "That frame with its metadata", "image/fits"},
+    Route{Answers::frame_raw, "GET", "/api/v1/cameras/{camera}/frames/{frame}.raw", "frame.id.raw",
+          Role::viewer, "That frame as little-endian numbers of 16 bits, row by row",
+          "application/octet-stream"},
+    Route{Answers::frame_jpeg, "GET", "/api/v1/cameras/{camera}/frames/{frame}.jpg", "frame.id.jpg",
+          Role::viewer, "That frame as 8-bit grey JPEG, as above", "image/jpeg"},
 };
 
-/// Whether a path is of that pattern; `camera` receives what stands for "{camera}".
-bool is_of(std::string_view path, std::string_view pattern, std::string_view& camera) {
-    constexpr std::string_view place = "{camera}";
-    const std::size_t at = pattern.find(place);
-    if (at == std::string_view::npos) return path == pattern;
-    if (path.substr(0, at) != pattern.substr(0, at)) return false;
-    const std::string_view rest = path.substr(at);
-    const std::string_view id = rest.substr(0, rest.find('/'));
-    if (id.empty() || rest.substr(id.size()) != pattern.substr(at + place.size())) return false;
-    camera = id;
+/// Whether a path is of that pattern; what stands for its names goes to `found`.
+bool is_of(std::string_view path, std::string_view pattern, Match& found) {
+    std::string_view camera;
+    std::optional<std::uint64_t> frame;
+    while (true) {
+        const std::size_t at = pattern.find('{');
+        if (path.substr(0, at) != pattern.substr(0, at)) return false;
+        if (at == std::string_view::npos) break;
+        path.remove_prefix(at);
+        pattern.remove_prefix(at);
+        const std::string_view name = pattern.substr(0, pattern.find('}') + 1);
+        std::size_t size = std::min(path.find('/'), path.size());
+        if (name == "{frame}") {
+            std::uint64_t number = 0;
+            const auto [end, error] = std::from_chars(path.data(), path.data() + size, number);
+            if (error != std::errc{}) return false;
+            size = static_cast<std::size_t>(end - path.data());
+            frame = number;
+        } else {
+            camera = path.substr(0, size);
+        }
+        if (size == 0) return false;
+        path.remove_prefix(size);
+        pattern.remove_prefix(name.size());
+    }
+    found.camera = camera;
+    found.frame = frame;
     return true;
 }
 
@@ -176,7 +331,7 @@ Match match(std::string_view method, std::string_view path) {
     Match found;
     const std::string_view wanted = method == "HEAD" ? "GET" : method;
     for (const Route& route : all_routes) {
-        if (!is_of(path, route.path, found.camera)) continue;
+        if (!is_of(path, route.path, found)) continue;
         found.methods.push_back(route.method);
         if (route.method == wanted) found.route = &route;
     }

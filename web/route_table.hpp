@@ -33,13 +33,26 @@ enum class Answers : std::uint8_t {
     faults,
     set_faults,
     truth,
+    probe,
     scenes,
     show_scene,
     configuration,
+    scene,
+    pose,
+    step,
+    device,
+    set_device,
+    release,
+    reload,
+    set_log_level,
+    support_bundle,
+    self_test,
     frame_png,
     frame_fits,
     frame_raw,
+    frame_jpeg,
     frame_json,
+    pictures, ///< of the camera, or of the first one
 };
 
 /// A field of a query or of a body.
@@ -69,8 +82,9 @@ enum class Body : std::uint8_t {
 /// One row of the table.
 struct Route {
     Answers answers;
-    std::string_view method;  ///< HEAD goes where GET goes
-    std::string_view path;    ///< "{camera}" stands for the id of a camera
+    std::string_view method; ///< HEAD goes where GET goes
+    /// "{camera}" stands for the id of a camera, "{frame}" for that of a frame, digits.
+    std::string_view path;
     std::string_view id;      ///< of the operation, also in the record of changes
     std::optional<Role> role; ///< none: open to all
     std::string_view help;
@@ -89,6 +103,7 @@ struct Route {
 struct Match {
     const Route* route = nullptr;          ///< null: no row has path and method
     std::string_view camera;               ///< what stands for "{camera}"
+    std::optional<std::uint64_t> frame;    ///< what stands for "{frame}"
     std::vector<std::string_view> methods; ///< that the path has; empty: there is no such path
 };
 [[nodiscard]] Match match(std::string_view method, std::string_view path);

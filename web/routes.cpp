@@ -2,7 +2,9 @@
 #include "web/routes.hpp"
 
 #include "core/latency_histogram.hpp"
+#include "tools/batch/sha256.hpp"
 #include "tools/support/metrics_text.hpp"
+#include "web/content_coding.hpp"
 #include "web/fields.hpp"
 #include "web/openapi.hpp"
 #include "web/page_files.hpp"
@@ -13,6 +15,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <chrono>
 #include <utility>
 
@@ -25,8 +28,24 @@ double seconds_since(std::chrono::steady_clock::time_point at) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - at).count();
 }
 
+/// The answer that `zipped` is the gzip of, in the form that the client takes; the tag differs with the form.
+void choose_form(Response& response, const Request& request, std::string_view zipped, std::string_view hash) {
+    const bool zip = takes_gzip(request.accept_encoding);
+    if (zip) {
+        response.body = zipped;
+        response.headers.emplace_back("Content-Encoding", "gzip");
+    }
+    response.headers.emplace_back("Vary", "Accept-Encoding");
+    response.headers.emplace_back("ETag", fmt::format("\"{}{}\"", hash, zip ? ".gzip" : ""));
+}
+
 /// A file of the page; none: there is none of that path.
-std::optional<Response> page_answer(std::string_view path) {
+std::optional<Response> page_answer(std::string_view path, const Request& request) {
+    const std::string_view version = page_version();
+    // Below the hash of all files nothing ever changes; elsewhere browsers ask whether it has.
+    const bool for_good = path.size() > version.size() + 2 && path.substr(1, version.size()) == version &&
+                          path[version.size() + 1] == '/';
+    if (for_good) path.remove_prefix(version.size() + 1);
     const auto files = page_files();
     const auto file =
         std::find_if(files.begin(), files.end(), [&](const PageFile& f) { return f.path == path; });
@@ -34,6 +53,9 @@ std::optional<Response> page_answer(std::string_view path) {
     Response response;
     response.type = file->type;
     response.body = file->bytes;
+    response.headers.emplace_back("Cache-Control",
+                                  for_good ? "public, max-age=31536000, immutable" : "no-cache");
+    choose_form(response, request, file->zipped, file->hash);
     return response;
 }
 
@@ -52,6 +74,29 @@ bool is_json(std::string_view type) {
            (type.size() == wanted.size() || type[wanted.size()] == ';' || type[wanted.size()] == ' ');
 }
 
+/// Whether a header Prefer (RFC 7240) has that preference.
+bool prefers(std::string_view header, std::string_view wanted) {
+    while (!header.empty()) {
+        std::string_view one = header.substr(0, header.find(','));
+        header.remove_prefix(std::min(one.size() + 1, header.size()));
+        one = one.substr(0, one.find(';'));
+        while (one.starts_with(' '))
+            one.remove_prefix(1);
+        while (one.ends_with(' '))
+            one.remove_suffix(1);
+        if (one == wanted) return true;
+    }
+    return false;
+}
+
+/// `id` of a camera; empty: there is none.
+std::string first_camera(const Sighting& sighting) {
+    for (const Json& state : sighting.states)
+        for (const Json& camera : state.at("cameras"))
+            return camera.value("id", std::string());
+    return {};
+}
+
 /// 304 where the client has the answer already.
 void leave_out(Response& response, std::string_view if_none_match) {
     if (response.status != 200 || if_none_match.empty()) return;
@@ -68,14 +113,20 @@ void leave_out(Response& response, std::string_view if_none_match) {
 Routes::Routes(Settings settings, const DaemonWatch& watch) : settings_(std::move(settings)), watch_(watch) {}
 
 Response Routes::answer(const Request& request) {
+    std::string_view route = "other";
+    Response response;
     try {
-        return checked_answer(request);
+        response = checked_answer(request, route);
     } catch (const Refusal& refusal) {
-        return refusal.response;
+        response = refusal.response;
+    } catch (const Json::exception& error) { // a daemon of another version has said it
+        response = problem(503, "daemon", error.what());
     }
+    response.route = route;
+    return response;
 }
 
-Response Routes::checked_answer(const Request& request) {
+Response Routes::checked_answer(const Request& request, std::string_view& route) {
     const std::string_view path = request.target.substr(0, request.target.find('?'));
     const std::string_view query =
         path.size() < request.target.size() ? request.target.substr(path.size() + 1) : std::string_view();
@@ -83,10 +134,14 @@ Response Routes::checked_answer(const Request& request) {
         return problem(421, "wrong-host", "this server is not called so; --host allows further names");
     if (request.has_origin && !settings_.names.allows_origin(request.origin))
         return problem(403, "foreign-origin", "a page of another site has asked");
-    if (std::optional<Response> file = page_answer(path))
-        return request.method == "GET" || request.method == "HEAD" ? *std::move(file)
-                                                                   : not_allowed("GET, HEAD");
+    if (std::optional<Response> file = page_answer(path, request)) {
+        route = "page";
+        if (request.method != "GET" && request.method != "HEAD") return not_allowed("GET, HEAD");
+        leave_out(*file, request.if_none_match);
+        return *std::move(file);
+    }
     if (path == "/api/v1/live") {
+        route = "live";
         Response response = problem(426, "upgrade", "a WebSocket of the protocol obscura.v1 is wanted");
         response.headers.emplace_back("Upgrade", "websocket");
         return response;
@@ -100,7 +155,8 @@ Response Routes::checked_answer(const Request& request) {
                 fmt::format("{}{}{}", methods.empty() ? "" : ", ", method, method == "GET" ? ", HEAD" : "");
         return not_allowed(methods);
     }
-    const Holder holder = found.route->role ? admit(request, *found.route->role) : Holder{};
+    route = found.route->id;
+    const Holder holder = found.route->role ? admit(request, *found.route) : Holder{};
     Response response = dispatch(request, found, query, holder);
     leave_out(response, request.if_none_match);
     return response;
@@ -122,19 +178,29 @@ Response Routes::dispatch(const Request& request, const Match& match, std::strin
     case Answers::ready:
         return ready();
     case Answers::metrics:
-        response.body = tools::metrics_text(watch_.latest()->states);
+        response.body = tools::metrics_text(watch_.latest()->states) + settings_.figures->text();
         return response;
     case Answers::state:
         return state();
     case Answers::events:
-        return events(fields);
+        return events(fields, request.last_event_id);
     case Answers::me:
         return json_answer({{"role", name_of(holder.role)}, {"name", holder.name}});
     case Answers::audit:
         return json_answer(audit_.list(fields.value("after", std::uint64_t{0})));
     case Answers::openapi:
-        if (openapi_.empty()) openapi_ = dumped(openapi_document(settings_.version));
+        if (openapi_.empty()) {
+            openapi_ = dumped(openapi_document(settings_.version));
+            zipped_openapi_ = gzipped(openapi_);
+        }
         response.body = openapi_;
+        choose_form(response, request, zipped_openapi_, tools::sha256_of(openapi_).substr(0, 16));
+        return response;
+    case Answers::self_test:
+        response.job = self_test_job();
+        return response;
+    case Answers::pictures:
+        response.pictures_of = camera_with_pictures(match.camera);
         return response;
     default:
         return camera_job(request, match, std::move(fields), holder);
@@ -153,46 +219,89 @@ Response Routes::camera_job(const Request& request, const Match& match, Json que
     }
     if (query.value("force", false) && holder.role < Role::admin)
         return problem(403, "role", "the role admin is wanted for force");
+    std::shared_ptr<KeptAnswers::Command> command;
+    if (route.changes() && request.has_idempotency_key) {
+        KeptAnswers::Begun begun = kept_.begin(
+            request.bearer, request.idempotency_key,
+            fmt::format("{} {}\n{}\n{}", request.method, request.target, request.if_match, request.body),
+            KeptAnswers::Clock::now());
+        if (begun.answer) return *std::move(begun.answer);
+        command = std::move(begun.command);
+    }
+    const bool at_once = route.answers == Answers::trigger && prefers(request.prefer, "respond-async");
+    if (at_once) body["wait"] = false;
+    const auto sighting = watch_.latest();
+    const std::string camera = route.answers == Answers::support_bundle
+                                   ? query.value("camera", first_camera(*sighting))
+                                   : std::string(match.camera);
+    // A frame that is kept needs no daemon.
+    CameraPlace place;
+    if (match.frame)
+        place.id = camera;
+    else
+        place = find_camera(*sighting, camera);
     Response response;
-    response.job = jobs_.job({&route, find_camera(*watch_.latest(), match.camera), std::move(query),
-                              std::move(body), std::string(request.if_match),
+    response.job = jobs_.job({&route, std::move(place), match.frame, std::move(query), std::move(body),
+                              std::string(request.if_match),
                               fmt::format("{} {}", name_of(holder.role), holder.name), request.address});
-    if (!request.if_none_match.empty())
-        response.job->step = [step = std::move(response.job->step),
-                              tags = std::string(request.if_none_match)] {
-            std::optional<Response> made = step();
-            if (made) leave_out(*made, tags);
-            return made;
-        };
+    response.job->step = [step = std::move(response.job->step), command = std::move(command), at_once,
+                          tags = std::string(request.if_none_match)] {
+        std::optional<Response> made = step();
+        if (!made) return made;
+        if (at_once) made->headers.emplace_back("Preference-Applied", "respond-async");
+        if (command) command->answered(*made);
+        leave_out(*made, tags);
+        return made;
+    };
     return response;
 }
 
-Holder Routes::admit(const Request& request, Role wanted) {
-    const std::optional<Holder> holder = settings_.tokens.holder_of(request.bearer);
+std::string Routes::camera_with_pictures(std::string_view camera) const {
+    const auto sighting = watch_.latest();
+    if (sighting->states.empty()) throw Refusal(503, "no-daemon", sighting->error);
+    for (const Json& state : sighting->states)
+        for (const Json& one : state["cameras"])
+            if (camera.empty() || one["id"] == camera) return one["id"];
+    throw Refusal(404, "no-such-camera", "the cameras stand in /api/v1/state");
+}
+
+Holder Routes::admit(const Request& request, const Route& route) {
+    if (route.answers != Answers::pictures) return admit(request.bearer, request.address, *route.role);
+    // Players have no other way to give a token that does not end in the logs of servers and proxies. They
+    // are told of that scheme alone: some read the first one only.
+    try {
+        return admit(request.bearer.empty() ? request.password : request.bearer, request.address,
+                     *route.role);
+    } catch (Refusal& refusal) {
+        if (refusal.response.status == 401)
+            refusal.response.headers.emplace_back("WWW-Authenticate", "Basic realm=\"obscura\"");
+        throw;
+    }
+}
+
+Holder Routes::admit(std::string_view token, const std::string& address, Role wanted) {
+    const std::optional<Holder> holder = settings_.tokens.holder_of(token);
     if (holder && holder->role >= wanted) return *holder;
     if (holder) throw Refusal(403, "role", fmt::format("the role {} is wanted", name_of(wanted)));
     const auto now = WrongTokens::Clock::now();
     // A client with the right one, perhaps behind the same tunnel, is not kept waiting.
-    if (wrong_.too_many(request.address, now)) {
+    if (wrong_.too_many(address, now)) {
         Refusal refusal(429, "too-many-wrong-tokens",
                         "too many wrong tokens from this address; wait a minute");
         refusal.response.headers.emplace_back("Retry-After", "60");
         throw refusal;
     }
-    if (!request.bearer.empty()) wrong_.note(request.address, now);
+    if (!token.empty()) wrong_.note(address, now);
     Refusal refusal(401, "token",
-                    request.bearer.empty() ? "a token is wanted: Authorization: Bearer TOKEN"
-                                           : "this token is not known");
+                    token.empty() ? "a token is wanted: Authorization: Bearer TOKEN"
+                                  : "this token is not known");
     refusal.response.headers.emplace_back("WWW-Authenticate", "Bearer");
     throw refusal;
 }
 
 std::optional<std::string> Routes::token_refusal(std::string_view token, const std::string& address) {
-    Request request;
-    request.bearer = token;
-    request.address = address;
     try {
-        (void)admit(request, Role::viewer);
+        (void)admit(token, address, Role::viewer);
     } catch (const Refusal& refusal) {
         return refusal.type == "token" ? "this token is not known" : "too many wrong tokens; wait a minute";
     }
@@ -205,11 +314,11 @@ Response Routes::ready() const {
     bool good = !sighting->states.empty();
     checks["daemon"] = good ? "answers" : sighting->error;
     for (const Json& state : sighting->states)
-        for (std::size_t k = 0; k < state["cameras"].size(); ++k) {
-            const Json& verdict = state["cameras"][k]["verdict"];
-            good = good && verdict["health"] != "bad";
-            checks[fmt::format("{} camera {}", state["daemon"]["config"].get<std::string>(), k)] =
-                verdict["text"];
+        for (std::size_t k = 0; k < state.at("cameras").size(); ++k) {
+            const Json& verdict = state["cameras"][k].at("verdict");
+            good = good && verdict.at("health") != "bad";
+            checks[fmt::format("{} camera {}", state.at("daemon").at("config").get<std::string>(), k)] =
+                verdict.at("text");
         }
     Response response = json_answer({{"ready", good}, {"checks", checks}});
     if (!good) response.status = 503;
@@ -225,8 +334,8 @@ Response Routes::state() const {
     return json_answer(all);
 }
 
-Response Routes::events(const Json& query) const {
-    const auto after = query.value("after", std::uint64_t{0});
+Response Routes::events(const Json& query, std::string_view last_id) const {
+    auto after = query.value("after", std::uint64_t{0});
     if (query.value("follow", 1) == 0) {
         Json list = Json::array();
         for (const WatchedEvent& one : watch_.events(after, DaemonWatch::most_events))
@@ -235,12 +344,29 @@ Response Routes::events(const Json& query) const {
     }
     Response response;
     response.type = "text/event-stream";
+    if (!last_id.empty()) {
+        const char* const end = last_id.data() + last_id.size();
+        const auto [dash, bad] = std::from_chars(last_id.data(), end, after);
+        if (bad != std::errc{} || (dash != end && *dash != '-'))
+            throw Refusal(400, "last-event-id",
+                          "Last-Event-ID: the id of an event of this stream is allowed");
+        if (dash != end && std::string_view(dash + 1, end) != watch_.run()) {
+            after = 0;
+            response.body = lost_text(0, 0);
+        }
+    }
     response.stream_after = after;
     return response;
 }
 
-std::string Routes::event_text(const WatchedEvent& event) {
-    return fmt::format("id: {}\ndata: {}\n\n", event.id, dumped(event.event));
+std::string Routes::event_text(const WatchedEvent& event, const std::string& run) {
+    return fmt::format("id: {}-{}\ndata: {}\n\n", event.id, run, dumped(event.event));
+}
+
+std::string Routes::lost_text(std::uint64_t after, std::uint64_t next) {
+    // An event of its own kind, which listeners to the others do not see.
+    return fmt::format("event: lost\ndata: {{\"lost\":{}}}\n\n",
+                       next > after ? std::to_string(next - after - 1) : "null");
 }
 
 } // namespace obscura::web

@@ -10,6 +10,8 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -27,6 +29,7 @@ using ErrorCode = beast::error_code;
 
 /// For the handshake, and for the farewell.
 constexpr std::chrono::seconds handshake_time{5}, farewell_time{1};
+constexpr std::size_t farewell_bytes = std::size_t{1} << 20;
 
 constexpr std::string_view not_tls =
     "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n"
@@ -57,14 +60,48 @@ Tls::Tls(const std::string& certificate, const std::string& key) : context_(std:
 
 Tls::~Tls() = default;
 
+/// Reads what still comes over TCP until the client has ended, or that is too much or takes too long.
+struct Stream::Farewell : std::enable_shared_from_this<Farewell> {
+    Farewell(std::shared_ptr<Layers> of, std::function<void()> then)
+        : layers(std::move(of)), done(std::move(then)) {}
+
+    /// The time has been set.
+    void begin() {
+        ErrorCode ignored;
+        if (!done) return end();
+        layers->tcp().socket().shutdown(tcp::socket::shutdown_send, ignored);
+        read();
+    }
+    void read() {
+        layers->tcp().async_read_some(asio::buffer(dropped),
+                                      [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
+                                          self->left -= std::min(bytes, self->left);
+                                          if (!error && self->left > 0)
+                                              self->read();
+                                          else
+                                              self->end();
+                                      });
+    }
+    void end() const {
+        ErrorCode ignored;
+        layers->tcp().socket().shutdown(tcp::socket::shutdown_both, ignored);
+        if (done) done();
+    }
+
+    const std::shared_ptr<Layers> layers;
+    const std::function<void()> done;
+    std::array<char, 16384> dropped{};
+    std::size_t left = farewell_bytes;
+};
+
 /// TCP alone.
 struct Stream::Plain final : Layers {
     explicit Plain(tcp::socket socket) : stream(std::move(socket)) {}
     beast::tcp_stream& tcp() noexcept override { return stream; }
     void start(std::function<void(ErrorCode)> done) override { done({}); }
-    void end(std::shared_ptr<Layers> /*self*/) override {
-        ErrorCode ignored;
-        stream.socket().shutdown(tcp::socket::shutdown_both, ignored);
+    void end(std::shared_ptr<Layers> self, std::function<void()> done) override {
+        stream.expires_after(farewell_time);
+        std::make_shared<Farewell>(std::move(self), std::move(done))->begin();
     }
     void read(const List<asio::mutable_buffer>& buffers, Handler handler) override {
         stream.async_read_some(buffers, std::move(handler));
@@ -107,12 +144,11 @@ struct Stream::Secure final : Layers {
                               done(asio::error::no_protocol_option);
                           });
     }
-    void end(std::shared_ptr<Layers> self) override {
+    void end(std::shared_ptr<Layers> self, std::function<void()> done) override {
         tcp().expires_after(farewell_time);
-        stream.async_shutdown([self = std::move(self)](ErrorCode) {
-            ErrorCode ignored;
-            self->tcp().socket().shutdown(tcp::socket::shutdown_both, ignored);
-        });
+        const auto last = std::make_shared<Farewell>(std::move(self), std::move(done));
+        // Ends with an error where the client has sent more: that is below TLS then, and read there.
+        stream.async_shutdown([last](ErrorCode) { last->begin(); });
     }
     void read(const List<asio::mutable_buffer>& buffers, Handler handler) override {
         stream.async_read_some(buffers, std::move(handler));

@@ -53,8 +53,10 @@ public:
     /// First operation: the handshake of TLS, none of TCP. A client that speaks plain HTTP to TLS gets one
     /// line that says so, and an error.
     void start(std::function<void(ErrorCode)> done) { layers_->start(std::move(done)); }
-    /// Last operation: ends the connection in good order, on its own.
-    void end() { layers_->end(layers_); }
+    /// Last operation: ends the connection in good order, on its own. With `done` what the client still sends
+    /// is read for a second, a megabyte of it at most: unread, it would have the system take back what was
+    /// sent last. `done` is called at the end, and keeps what it holds until then.
+    void end(std::function<void()> done = {}) { layers_->end(layers_, std::move(done)); }
 
     template<typename Buffers, typename Token>
     auto async_read_some(const Buffers& buffers, Token&& token) {
@@ -102,12 +104,13 @@ private:
         virtual ~Layers() = default;
         virtual boost::beast::tcp_stream& tcp() noexcept = 0;
         virtual void start(std::function<void(ErrorCode)> done) = 0;
-        virtual void end(std::shared_ptr<Layers> self) = 0;
+        virtual void end(std::shared_ptr<Layers> self, std::function<void()> done) = 0;
         virtual void read(const List<boost::asio::mutable_buffer>& buffers, Handler handler) = 0;
         virtual void write(const List<boost::asio::const_buffer>& buffers, Handler handler) = 0;
     };
     struct Plain;
     struct Secure;
+    struct Farewell;
 
     /// Handlers of Beast can be moved only.
     template<typename Given>

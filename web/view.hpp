@@ -21,6 +21,17 @@ constexpr auto enum_names(Reduce /*type*/) {
     return std::array{EnumName{Reduce::max, "max"}, EnumName{Reduce::mean, "mean"}};
 }
 
+/// What stands behind the header of a picture, byte 51 of which has it.
+enum class PictureEncoding : std::uint8_t {
+    u16,       ///< digital numbers
+    jpeg,      ///< 8-bit grey, with the contrast of previews
+    automatic, ///< of a request: digital numbers, or JPEG where larger bins would be needed
+};
+constexpr auto enum_names(PictureEncoding /*type*/) {
+    return std::array{EnumName{PictureEncoding::u16, "u16"}, EnumName{PictureEncoding::jpeg, "jpeg"},
+                      EnumName{PictureEncoding::automatic, "auto"}};
+}
+
 /// Pixels [x, x + width) x [y, y + height) of an image, bin x bin of them to one; bins at the right and the
 /// lower edge may have fewer.
 struct View {

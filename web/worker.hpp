@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worker thread for answers that wait for a daemon or take long to encode.
+// Worker threads for answers that wait for a daemon or take long to encode.
 #pragma once
 
 #include "web/message.hpp"
@@ -8,26 +8,31 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <map>
+#include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 
 namespace obscura::web {
 
-/// Does jobs in turns, a step of each. What does not fit is refused at once, so that a daemon that does not
-/// answer holds up no other answer and takes no memory.
+/// Does the jobs of a lane in turns, a step of each, on a thread of the lane. What does not fit is refused at
+/// once, so that a daemon that does not answer holds up no other one and takes no memory. Thread-safe.
 class Worker {
 public:
-    /// Jobs of one queue that are in progress or wait.
+    /// Jobs of one queue of one lane that are in progress or wait.
     static constexpr std::size_t most_jobs = 4;
+    /// Lanes at a time. One without jobs makes room for another.
+    static constexpr std::size_t most_lanes = 16;
     using Done = std::function<void(Response)>;
 
-    Worker();
+    Worker() = default;
     /// Jobs that are not done are dropped, and `done` is not called.
     ~Worker();
     Worker(const Worker&) = delete;
     Worker& operator=(const Worker&) = delete;
 
-    /// False: there are too many. `done` is called once, on the worker's thread. Thread-safe.
+    /// False: there are too many. `done` is called once, on a thread of the worker.
     bool take(Job job, Done done);
 
 private:
@@ -35,14 +40,20 @@ private:
         Job job;
         Done done;
     };
-    void work();
+    /// A thread and what it has to do.
+    struct Lane {
+        std::deque<Item> items;
+        std::size_t in_queue[2] = {}; ///< with those in the thread's hands
+        bool stop = false;
+        std::thread thread;
+    };
+    void work(Lane& lane);
+    /// Takes out a lane without jobs, whose thread ends; null: there is none. With mutex_ locked.
+    [[nodiscard]] std::unique_ptr<Lane> take_idle();
 
     std::mutex mutex_; ///< of what follows
     std::condition_variable changed_;
-    std::deque<Item> items_;
-    std::size_t in_queue_[2] = {}; ///< with those in the thread's hands
-    bool stop_ = false;
-    std::thread thread_; ///< last, so that all else is there when it starts
+    std::map<std::string, std::unique_ptr<Lane>> lanes_;
 };
 
 } // namespace obscura::web

@@ -359,6 +359,10 @@ config::Section section_of(ControlSection& s) {
                 "Absolute path of a Unix socket for the user and the group of the daemon; auto: calls in the "
                 "runtime folder of the service, else a name of its own beside the monitor's, where the verbs "
                 "of obscura find it; empty: none"),
+        key("admin_group", &s.admin_group)
+            .help("Group whose members have the permission admin at the Unix socket, as the daemon's user "
+                  "has: they may set features by force while a client of GigE Vision has control, take "
+                  "control away from it, and reload this configuration; empty: none"),
         key("scenes", config::Path{&s.scenes, false, true})
             .help("Folder below which the scene files stand that the call scene.show may name, beside the "
                   "shipped ones; empty: the folder of the scene file"),

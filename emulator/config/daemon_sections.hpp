@@ -117,6 +117,7 @@ struct ControlSection {
     std::string token_file; ///< of clients that come over TCP; empty: none is wanted
     service::Permission token_permission = service::Permission::scene;
     std::string unix_socket; ///< absolute path
+    std::string admin_group; ///< empty: none
     std::int32_t clients = 16;
     std::string scenes; ///< folder; empty: that of the scene file
 

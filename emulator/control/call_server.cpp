@@ -5,13 +5,16 @@
 #include "core/log.hpp"
 #include "core/realtime.hpp"
 #include "emulator/control/configuration_call.hpp"
+#include "emulator/control/scene_tree.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/monitor/monitor.hpp"
 #include "emulator/monitor/monitor_paths.hpp"
 
 #include <fmt/format.h>
+#include <grp.h>
 
 #include <exception>
+#include <optional>
 #include <utility>
 
 namespace obscura::emulator {
@@ -28,7 +31,11 @@ CameraCalls::Cameras cameras_of(Daemon& daemon) {
             unit.camera(), unit.clock(),
             [&unit](const transports::Transport::ControlWork& work) { unit.run_between_commands(work); },
             [&unit] { return unit.connect_to_simulator(); }, unit.watch(), unit.fault_rules(),
-            &unit.recent_timing()}));
+            &unit.recent_timing(), [&daemon] { return daemon.config_sha256(); }, unit.device_features(),
+            [&unit](const transports::KeptFrame& frame) -> std::shared_ptr<const FrameOverlay> {
+                const auto scene = unit.scene_of(frame.info);
+                return scene ? unit.overlays().of(frame, *scene) : nullptr;
+            }}));
     }
     return cameras;
 }
@@ -51,17 +58,39 @@ void add_automatic_socket(std::vector<service::Listener>& listeners) {
     }
 }
 
+/// The group of that name; none: it has none. A camera is not to stay down for a group either.
+std::optional<gid_t> group_of(const std::string& name) {
+    if (name.empty()) return std::nullopt;
+    std::vector<char> text(1 << 16);
+    group row{};
+    group* found = nullptr;
+    if (::getgrnam_r(name.c_str(), &row, text.data(), text.size(), &found) == 0 && found != nullptr)
+        return found->gr_gid;
+    log_warning("calls: control.admin_group: there is no group {}", name);
+    return std::nullopt;
+}
+
 } // namespace
 
 CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& version)
     : daemon_(daemon),
       monitor_(monitor),
-      host_(version, cameras_of(daemon), scenes_of(daemon.config()),
+      host_(version, cameras_of(daemon), scenes_of(daemon.config()), ordinary_cores(daemon.threads()),
             {[&monitor] { return monitor.state(); },
              [&daemon] { return std::filesystem::path(daemon.config().scene_file); },
              [&daemon] { return describe_configuration(daemon.config()); },
              [&daemon](std::size_t camera, const FrameInfo& frame) {
-                 return daemon.unit(camera).body_positions(frame);
+                 return daemon.unit(camera).probe_source(frame);
+             },
+             [&daemon](std::size_t camera) {
+                 const CameraUnit& unit = daemon.unit(camera);
+                 return scene_tree({*daemon.config().cameras().at(camera), unit.scene(), unit.pose_rings(),
+                                    unit.simulator_counters()});
+             },
+             [&daemon](std::size_t camera) {
+                 std::string controller = daemon.unit(camera).controller();
+                 daemon.unit(camera).release_control();
+                 return controller;
              }}) {}
 
 CallServer::~CallServer() {
@@ -89,7 +118,8 @@ void CallServer::start() {
     service::Limits limits;
     limits.clients = static_cast<std::size_t>(section.clients);
     limits.stack_bytes = stack_bytes;
-    server_ = std::make_unique<service::Server>(limits, host_, std::move(listeners), std::move(tokens));
+    server_ = std::make_unique<service::Server>(limits, host_, std::move(listeners), std::move(tokens),
+                                                group_of(section.admin_group));
     stopping_ = false;
     thread_ = std::thread([this, cores = ordinary_cores(daemon_.threads())] {
         // Threads of clients inherit all of it.

@@ -64,6 +64,33 @@ json frame_members(const std::string& answer) {
     return members;
 }
 
+/// What the chip makes of the settings in force.
+json readout_of(const Camera& camera) {
+    const auto us = [](std::int64_t ns) { return static_cast<double>(ns) / static_cast<double>(ns_per_us); };
+    const ReadoutAnswer answer = camera.readout(camera.settings());
+    if (!answer.refusal.empty()) return {{"refusal", answer.refusal}};
+    json windows = json::array();
+    std::int64_t rows = 0;
+    for (std::size_t i = 0; i < answer.window_count; ++i) {
+        const FrameWindow& w = answer.windows[i];
+        rows += w.sensor.height;
+        windows.push_back({{"x", w.sensor.x},
+                           {"y", w.sensor.y},
+                           {"width", w.sensor.width},
+                           {"height", w.sensor.height},
+                           {"exposure_requested_us", us(w.exposure_requested_ns)},
+                           {"exposure_min_us", us(w.exposure_min_ns)},
+                           {"exposure_max_us", us(w.exposure_max_ns)},
+                           {"reads", w.reads}});
+    }
+    const double period_us = us(answer.frame_period_ns);
+    return {{"frame_period_us", period_us},
+            {"max_rate_hz", period_us > 0 ? json(1e6 / period_us) : json()},
+            {"readout_us", us(answer.readout_ns)},
+            {"row_us", rows > 1 ? json(us(answer.readout_ns) / static_cast<double>(rows - 1)) : json()},
+            {"windows", std::move(windows)}};
+}
+
 /// Holds a flag that one client may have at a time.
 class OneAtATime {
 public:
@@ -224,9 +251,13 @@ Answer CameraCalls::features(const Choice& choice) const {
         const auto name = row["name"].get<std::string>();
         row.erase("default");
         row["value"] = now.at(name);
+        row["category"] = category_of(name);
+        if (const std::int64_t increment = increment_of(name, chosen.limits()); increment > 0)
+            row["increment"] = increment;
         row["locked"] = acquiring && is_fixed_while_acquiring(name);
+        if (row["locked"]) row["why"] = "not while it acquires";
     }
-    return {{{"features", std::move(rows)}}};
+    return {{{"features", std::move(rows)}, {"readout", readout_of(chosen)}}};
 }
 
 Answer CameraCalls::get(const Get& get) const {
@@ -389,8 +420,15 @@ service::Calls CameraCalls::calls() {
                    "answers when its last row has left; needs trigger.source = \"lockstep\".",
                    [this](const Step& arguments, Work& work) { return step(arguments, work); }),
     };
-    calls[0].results = {{"features", "array of maps", "",
-                         "Rows: name, value, type, unit, allowed, help; locked: cannot change now"}};
+    calls[0].results = {
+        {"features", "array of maps", "",
+         "Rows: name, value, type, unit, allowed, help; category, of SFNC; increment, if it is "
+         "not any; locked: cannot change now, and why"},
+        {"readout", "map", "",
+         "What the chip makes of the settings in force: frame_period_us, shortest time between "
+         "triggers; max_rate_hz; readout_us, first to last row; row_us; windows: x, y, width, "
+         "height, exposure_requested_us, exposure_min_us and exposure_max_us obtained, reads. "
+         "refusal: why it cannot read them"}};
     calls[1].results = {{"values", "map", "", "Values by the names of the features"}};
     calls[2].results = {{"changed", "map", "", "All features that have changed, and their values now"}};
     calls[3].results = {{"started", "boolean", "", "False: it was running"}};

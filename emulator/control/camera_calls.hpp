@@ -19,6 +19,13 @@ namespace obscura::emulator {
 /// Field of a call that says which camera of the daemon is meant.
 [[nodiscard]] config::Key camera_key(std::uint32_t* number);
 
+/// Arguments of a call about a camera that has no others.
+struct CameraNumber {
+    std::uint32_t camera = 0;
+
+    [[nodiscard]] service::Fields fields() { return {{camera_key(&camera)}}; }
+};
+
 /// Of one client. Thread-bound to the thread that runs its calls.
 class CameraCalls {
 public:

@@ -63,6 +63,14 @@ config::Keys CameraFeatures::keys(const CameraLimits& limits) {
             .help("Integration time of each row"),
         key("ExposureAuto", &s.exposure_auto)
             .help("Whether the camera adjusts ExposureTime to the brightness of its frames"),
+        key("ExposureAutoTarget", &s.auto_target_percent)
+            .unit("%")
+            .range(auto_target_range_percent.minimum, auto_target_range_percent.maximum)
+            .help("Level at which ExposureAuto aims: 0 is the black level, 100 full scale"),
+        key("ExposureAutoPercentile", &s.auto_percentile)
+            .unit("%")
+            .range(auto_percentile_range.minimum, auto_percentile_range.maximum)
+            .help("Share of the pixels that ExposureAuto brings to the target or below"),
         key("Gain", &s.gain_db)
             .unit("dB")
             .range(limits.gain_min_db, limits.gain_max_db)
@@ -77,6 +85,9 @@ config::Keys CameraFeatures::keys(const CameraLimits& limits) {
         key("AcquisitionFrameCount", &s.acquisition_frame_count)
             .range(frame_count_range.minimum, frame_count_range.maximum)
             .help("Frames of an acquisition with MultiFrame; not during acquisition"),
+        key("AcquisitionBurstFrameCount", &s.burst_frame_count)
+            .range(frame_count_range.minimum, frame_count_range.maximum)
+            .help("Frames of each trigger for FrameBurstStart; not during acquisition"),
         key("AcquisitionFrameRate", &s.frame_rate_hz)
             .unit("Hz")
             .range(limits.frame_rate_min_hz, limits.frame_rate_max_hz)
@@ -107,9 +118,26 @@ CameraSettings CameraFeatures::settings() const {
     return settings;
 }
 
+std::string_view category_of(std::string_view feature) {
+    if (feature == "Gain" || feature == "BlackLevel") return "AnalogControl";
+    for (const std::string_view start : {"Exposure", "Acquisition", "Trigger"})
+        if (feature.starts_with(start)) return "AcquisitionControl";
+    return "ImageFormatControl";
+}
+
+std::int64_t increment_of(std::string_view feature, const CameraLimits& limits) {
+    if (feature == "Width" || feature == "OffsetX") return limits.width_step;
+    if (feature == "Height" || feature == "OffsetY") return limits.height_step;
+    return 0;
+}
+
 bool is_fixed_while_acquiring(std::string_view feature) {
-    constexpr std::array<std::string_view, 5> fixed{"Width", "Height", "PixelFormat", "AcquisitionMode",
-                                                    "AcquisitionFrameCount"};
+    constexpr std::array<std::string_view, 6> fixed{"Width",
+                                                    "Height",
+                                                    "PixelFormat",
+                                                    "AcquisitionMode",
+                                                    "AcquisitionFrameCount",
+                                                    "AcquisitionBurstFrameCount"};
     return std::find(fixed.begin(), fixed.end(), feature) != fixed.end();
 }
 

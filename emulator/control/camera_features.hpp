@@ -30,6 +30,11 @@ private:
     double exposure_us_, trigger_delay_us_;
 };
 
+/// SFNC category of a feature.
+[[nodiscard]] std::string_view category_of(std::string_view feature);
+/// Increment of a feature's value, in its unit; 0: any.
+[[nodiscard]] std::int64_t increment_of(std::string_view feature, const CameraLimits& limits);
+
 /// Whether a feature cannot change during an acquisition, as over GigE Vision.
 [[nodiscard]] bool is_fixed_while_acquiring(std::string_view feature);
 

@@ -3,9 +3,11 @@
 
 #include "core/log_history.hpp"
 #include "emulator/control/configuration_call.hpp"
+#include "emulator/control/device_calls.hpp"
 #include "emulator/control/fault_calls.hpp"
 #include "emulator/control/frame_call.hpp"
 #include "emulator/control/scene_call.hpp"
+#include "emulator/control/scene_tree.hpp"
 #include "emulator/control/timing_call.hpp"
 #include "emulator/control/truth_call.hpp"
 #include "emulator/monitor/monitor.hpp"
@@ -64,10 +66,21 @@ public:
         calls.push_back(frame_call(cameras_));
         calls.push_back(stream_call(cameras_));
         calls.push_back(timing_call(cameras_));
-        calls.push_back(truth_call(cameras_, [this](std::size_t camera, const FrameInfo& frame) {
-            return host_.positions(camera, frame);
-        }));
+        for (service::Call& call : device_calls(cameras_))
+            calls.push_back(std::move(call));
+        calls.push_back(truth_call(cameras_));
+        calls.push_back(
+            probe_call(cameras_, host_.probes(), [this](std::size_t camera, const FrameInfo& frame) {
+                return host_.probe_source(camera, frame);
+            }));
         calls.push_back(configuration_call([this] { return host_.configuration(); }));
+        for (service::Call& call : daemon_calls(cameras_, host_.scene_requests(),
+                                                [this](std::size_t camera) { return host_.release(camera); }))
+            calls.push_back(std::move(call));
+        calls.push_back(scene_tree_call([this](std::size_t camera) {
+            (void)checked_camera(cameras_, static_cast<std::uint32_t>(camera));
+            return host_.scene_tree(camera);
+        }));
         for (service::Call& call : fault_calls(cameras_))
             calls.push_back(std::move(call));
         for (service::Call& call :
@@ -86,10 +99,11 @@ private:
 } // namespace
 
 ControlHost::ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
-                         Sources sources)
+                         const CoreSet& cores, Sources sources)
     : version_(std::move(version)),
       cameras_(std::move(cameras)),
       scenes_(std::move(scenes)),
+      probes_(cores),
       sources_(std::move(sources)) {
     asked_.open();
 }
@@ -133,10 +147,22 @@ std::filesystem::path ControlHost::shown_scene() {
     return file;
 }
 
-std::vector<BodyPosition> ControlHost::positions(std::size_t camera, const FrameInfo& frame) {
-    std::vector<BodyPosition> positions;
-    ask([&] { positions = sources_.positions(camera, frame); });
-    return positions;
+json ControlHost::scene_tree(std::size_t camera) {
+    json tree;
+    ask([&] { tree = sources_.scene_tree(camera); });
+    return tree;
+}
+
+std::string ControlHost::release(std::size_t camera) {
+    std::string controller;
+    ask([&] { controller = sources_.release(camera); });
+    return controller;
+}
+
+CameraUnit::ProbeSource ControlHost::probe_source(std::size_t camera, const FrameInfo& frame) {
+    CameraUnit::ProbeSource source;
+    ask([&] { source = sources_.probe_source(camera, frame); });
+    return source;
 }
 
 std::unique_ptr<service::Session> ControlHost::open() {

@@ -4,8 +4,9 @@
 
 #include "core/work_queue.hpp"
 #include "emulator/control/camera_calls.hpp"
+#include "emulator/control/daemon_calls.hpp"
+#include "emulator/control/probe_call.hpp"
 #include "emulator/control/scene_requests.hpp"
-#include "emulator/control/truth_call.hpp"
 #include "service/session.hpp"
 
 #include <nlohmann/json.hpp>
@@ -26,12 +27,14 @@ public:
         std::function<std::string()> state;            ///< Monitor::state()
         std::function<std::filesystem::path()> scene;  ///< file of the scene that is shown
         std::function<nlohmann::json()> configuration; ///< describe_configuration() of that in use
-        PositionsOf positions;                         ///< CameraUnit::body_positions()
+        ProbeSourceOf probe_source;                    ///< CameraUnit::probe_source()
+        std::function<nlohmann::json(std::size_t camera)> scene_tree; ///< scene_tree() of a camera
+        ReleaseControl release;
     };
 
-    /// `scenes`: see scene_calls().
+    /// `scenes`: see scene_calls(); `cores`: see PixelProbes.
     ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
-                Sources sources);
+                const CoreSet& cores, Sources sources);
 
     /// Answers what calls have asked of the main thread, which calls this several times a second.
     void tick();
@@ -39,6 +42,7 @@ public:
     void close() {
         asked_.close();
         scene_requests_.close();
+        probes_.close();
     }
     [[nodiscard]] SceneRequests& scene_requests() noexcept { return scene_requests_; }
 
@@ -48,8 +52,14 @@ public:
     [[nodiscard]] std::shared_ptr<const nlohmann::json> configuration();
     /// File of the scene that is shown. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::filesystem::path shown_scene();
-    /// Positions of bodies in a frame. Throws Failure. Thread-safe; not on the main thread.
-    [[nodiscard]] std::vector<BodyPosition> positions(std::size_t camera, const FrameInfo& frame);
+    /// The answer to "scene.describe". Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] nlohmann::json scene_tree(std::size_t camera);
+    /// Takes control away, see ReleaseControl. Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] std::string release(std::size_t camera);
+
+    /// Source of a probe of a frame. Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] CameraUnit::ProbeSource probe_source(std::size_t camera, const FrameInfo& frame);
+    [[nodiscard]] PixelProbes& probes() noexcept { return probes_; }
 
     [[nodiscard]] std::string version() const override { return version_; }
     [[nodiscard]] std::unique_ptr<service::Session> open() override;
@@ -62,6 +72,7 @@ private:
     const CameraCalls::Cameras cameras_;
     const std::filesystem::path scenes_;
     SceneRequests scene_requests_;
+    PixelProbes probes_;
     const Sources sources_;
     WorkQueue asked_; ///< of the main thread
     /// Main thread: of this tick; null: not yet made.

@@ -9,14 +9,19 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
+#include <string>
 
 namespace obscura::transports {
+class DeviceFeatures;
 class FaultRules;
+struct KeptFrame;
 class WatchTransport;
 } // namespace obscura::transports
 
 namespace obscura::emulator {
 
+struct FrameOverlay;
 class RecentTiming;
 
 /// All members outlive the calls.
@@ -30,6 +35,12 @@ struct ControlledCamera {
     transports::WatchTransport* watch = nullptr; ///< null: no frames are to be had
     transports::FaultRules* faults = nullptr;    ///< null: no transport injects faults
     const RecentTiming* timing = nullptr;        ///< null: no time stamps are to be had
+    /// Daemon::config_sha256(); empty: not known.
+    std::function<std::string()> config_sha256{};
+    transports::DeviceFeatures* device = nullptr; ///< null: no transport has features of its own
+    /// Where things are in a frame that was looked at; null: its scene has been replaced since. Throws
+    /// ConfigError. Empty: not known.
+    std::function<std::shared_ptr<const FrameOverlay>(const transports::KeptFrame&)> overlay{};
     /// A trigger of a client is in progress. Counters tell the outcome of one at a time.
     std::atomic<bool> triggering{false};
 };

@@ -67,7 +67,8 @@ Answer list(const FaultRules& faults) {
         kinds.push_back({{"name", kind.name}, {"help", kind.help}});
     return {{{"kinds", std::move(kinds)},
              {"parameters", service::describe(faults.blank().section.keys)},
-             {"rules", listed(faults)}}};
+             {"rules", listed(faults)},
+             {"frame", faults.newest_frame()}}};
 }
 
 std::vector<FaultRules::Row> read(const FaultRules& faults, const json& rules) {
@@ -123,7 +124,9 @@ service::Calls fault_calls(const CameraCalls::Cameras& cameras) {
          "Keys of a rule: name, type, unit, allowed, default, help, required"},
         {"rules", "array of maps", "",
          "Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck: "
-         "packets, frames or commands"}};
+         "packets, frames or commands"},
+        {"frame", "integer", "",
+         "Number of the newest frame as `first` and `last` count them: since the client opened its stream"}};
     calls[1].results = {{"rules", "array of maps", "", "As those of faults.list"}};
     return calls;
 }

@@ -65,6 +65,15 @@ Answer answer_of(transports::WatchedFrame& frame, const Arguments& arguments) {
     return answer;
 }
 
+/// With what is known of the daemon.
+Answer answer_of(transports::WatchedFrame& frame, const CameraCalls::Cameras& cameras,
+                 const Arguments& arguments) {
+    Answer answer = answer_of(frame, arguments);
+    const ControlledCamera& camera = checked_camera(cameras, arguments.camera);
+    if (camera.config_sha256) answer.head["config_sha256"] = camera.config_sha256();
+    return answer;
+}
+
 transports::WatchTransport& watch_of(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
     transports::WatchTransport* const watch = checked_camera(cameras, arguments.camera).watch;
     if (watch == nullptr) throw Failure(FailureCode::not_now, "frame: the daemon keeps no frames for calls");
@@ -85,6 +94,30 @@ auto next_frame(const CameraCalls::Cameras& cameras, std::uint64_t after, const 
                                       ? ""
                                       : "; the camera does not acquire until it is started"));
     return newest;
+}
+
+struct FrameArguments : Arguments {
+    std::uint64_t number = 0;
+
+    Fields fields() {
+        Fields all = Arguments::fields();
+        all.keys.push_back(config::key("number", &number)
+                               .range(0, 9e15)
+                               .help("The frame with this `number`, if it is one of the latest four that "
+                                     "anyone has looked at; 0: the newest one"));
+        return all;
+    }
+};
+
+Answer frame(const CameraCalls::Cameras& cameras, const FrameArguments& arguments, const Work& work) {
+    auto found = arguments.number == 0 ? next_frame(cameras, arguments.after, arguments, work)
+                                       : watch_of(cameras, arguments).numbered(arguments.number);
+    if (!found)
+        throw Failure(FailureCode::not_now,
+                      fmt::format("frame: number {} is not there any more, or yet", arguments.number));
+    Answer answer = answer_of(*found, cameras, arguments);
+    if (arguments.number != 0) answer.head["skipped"] = 0;
+    return answer;
 }
 
 struct StreamArguments : Arguments {
@@ -120,7 +153,7 @@ Answer stream(const CameraCalls::Cameras& cameras, StreamArguments arguments, Wo
         const std::uint64_t number = newest->number;
         work.reserve(sizeof(std::uint16_t) * static_cast<std::uint64_t>(newest->info.width) *
                      static_cast<std::uint64_t>(newest->info.height));
-        Answer frame = answer_of(*newest, arguments);
+        Answer frame = answer_of(*newest, cameras, arguments);
         skipped += frame.head["skipped"].get<std::uint64_t>();
         arguments.after = number;
         work.push(std::move(frame));
@@ -144,21 +177,20 @@ std::vector<service::Result> frame_results() {
             {"mid_exposure_tai_ns", "integer", "ns", "Middle of the exposure, TAI"},
             {"camera_position_m", "array of 3 numbers", "m", "True position of the camera then, inertial"},
             {"camera_orientation", "array of 4 numbers", "",
-             "Quaternion w, x, y, z: from camera to inertial axes"}};
+             "Quaternion w, x, y, z: from camera to inertial axes"},
+            {"config_sha256", "string", "",
+             "Of the configuration in use when the frame is asked for, as in the call configuration"}};
 }
 
 } // namespace
 
 service::Call frame_call(const CameraCalls::Cameras& cameras) {
-    service::Call call = service::call<Arguments>(
+    service::Call call = service::call<FrameArguments>(
         "frame", service::Permission::view,
         "The newest frame of the camera that the client has not seen, as it left the detector. A client that "
         "asks again and again with the `number` of the last one sees the stream; frames that came meanwhile "
         "are skipped, and counted.",
-        [&cameras](const Arguments& arguments, Work& work) {
-            auto newest = next_frame(cameras, arguments.after, arguments, work);
-            return answer_of(*newest, arguments);
-        });
+        [&cameras](const FrameArguments& arguments, Work& work) { return frame(cameras, arguments, work); });
     call.results = frame_results();
     return call;
 }

@@ -26,8 +26,7 @@ std::string SceneRequests::ask(const std::filesystem::path& file, const std::ato
     {
         const std::lock_guard lock(mutex_);
         if (closed_) throw Failure(FailureCode::not_now, "the daemon is stopping");
-        if (in_work_ || waiting_)
-            throw Failure(FailureCode::busy, "scene.show: another scene is being prepared");
+        if (in_work_ || waiting_) throw Failure(FailureCode::busy, "another scene is being prepared");
         waiting_ = request;
     }
     std::future<std::string> answer = request->answer.get_future();
@@ -56,11 +55,13 @@ void SceneRequests::serve(const Load& load) {
         why = error.what();
     }
     why.resize(std::min(why.find('\n'), why.size())); // the first mistake of a file with several
-    ++(why.empty() ? shown_ : refused_);
-    if (why.empty())
-        log_notice("scene: {} is shown", request->file.string());
-    else
-        log_error("scene: nothing changed: {}", why);
+    if (request->file != configured) {
+        ++(why.empty() ? shown_ : refused_);
+        if (why.empty())
+            log_notice("scene: {} is shown", request->file.string());
+        else
+            log_error("scene: nothing changed: {}", why);
+    }
     {
         const std::lock_guard lock(mutex_);
         in_work_ = false;

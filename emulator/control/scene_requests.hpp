@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of control clients for another scene, from their threads to the main thread.
+// Requests of control clients for another scene or a reload, from their threads to the main thread.
 #pragma once
 
 #include <atomic>
@@ -16,6 +16,9 @@ namespace obscura::emulator {
 /// One at a time: a scene takes long to build, and another would only replace it. Thread-safe.
 class SceneRequests {
 public:
+    /// In place of a file: the configuration is read again.
+    static inline const std::filesystem::path configured{};
+
     /// Asks for `file` and waits for the answer: empty, or why the scene is not shown. Throws Failure if
     /// another request is in progress, or once `given_up` becomes true, when the request is withdrawn.
     [[nodiscard]] std::string ask(const std::filesystem::path& file, const std::atomic<bool>& given_up);

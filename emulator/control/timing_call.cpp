@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/timing_call.hpp"
 
+#include "core/clock.hpp"
 #include "emulator/recent_timing.hpp"
+#include "transports/watch/watch.hpp"
 
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace obscura::emulator {
 namespace {
@@ -17,22 +22,57 @@ using service::Fields;
 struct Arguments {
     std::uint32_t camera = 0;
     std::uint64_t after = 0, most = 64;
+    bool early = false, saturated = false;
 
     Fields fields() {
-        return {{camera_key(&camera),
-                 config::key("after", &after)
-                     .range(0, 9e15)
-                     .help("Only frames after that of the number, `last` of the answer before; 0: any"),
-                 config::key("most", &most).range(1, 256).help("Largest number of rows, the newest ones")}};
+        return {
+            {camera_key(&camera),
+             config::key("after", &after)
+                 .range(0, 9e15)
+                 .help("Only frames after that of the number, `last` of the answer before; 0: any"),
+             config::key("most", &most).range(1, 1024).help("Largest number of rows, the newest ones"),
+             config::key("early", &early)
+                 .help("Also frames that ended less than half a second ago: instants of transports that "
+                       "are still sending are nil"),
+             config::key("saturated", &saturated)
+                 .help("Another column, `saturated`: pixels at the largest digital number. They are counted "
+                       "from the first request on while one comes every two seconds; with `early` a frame "
+                       "waits for its count, a quarter of a second at most. nil: not counted")}};
     }
 };
+
+/// Longest time that a frame waits for its count.
+constexpr std::int64_t count_patience_ns = 250 * ns_per_ms;
+
+/// Adds the column to the rows, and leaves out those from the first on whose count is still to come.
+void add_saturated(RecentTiming::Rows& found, const transports::WatchTransport* watch, Time now) {
+    for (std::size_t i = 0; i < found.rows.size(); ++i) {
+        const RecentTiming::Frame& frame = found.frames[i];
+        const std::optional<std::uint32_t> pixels =
+            watch != nullptr ? watch->saturated().of(frame.id, frame.edge) : std::nullopt;
+        if (!pixels && watch != nullptr && now - frame.ended < count_patience_ns) {
+            found.last -= found.rows.size() - i;
+            found.rows.resize(i);
+            return;
+        }
+        found.rows[i].push_back(pixels ? std::optional<std::int64_t>(*pixels) : std::nullopt);
+    }
+}
 
 Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
     const ControlledCamera& camera = checked_camera(cameras, arguments.camera);
     const RecentTiming* const timing = camera.timing;
     if (timing == nullptr)
         throw Failure(FailureCode::not_now, "timing: the daemon keeps no time stamps for calls");
-    const RecentTiming::Rows found = timing->rows(arguments.after, static_cast<std::size_t>(arguments.most));
+    // Before the rows, so that one that is there has been copied, or will be.
+    if (arguments.saturated && camera.watch != nullptr) camera.watch->count_saturated();
+    RecentTiming::Rows found =
+        timing->rows(arguments.after, static_cast<std::size_t>(arguments.most), arguments.early);
+    std::vector<std::string> columns = timing->columns();
+    if (arguments.saturated) {
+        columns.emplace_back("saturated");
+        add_saturated(found, camera.watch, MonotonicClock().now());
+    }
     json rows = json::array();
     for (const RecentTiming::Row& row : found.rows) {
         json numbers = json::array();
@@ -40,7 +80,7 @@ Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
             numbers.push_back(value ? json(*value) : json());
         rows.push_back(std::move(numbers));
     }
-    return {{{"columns", timing->columns()},
+    return {{{"columns", std::move(columns)},
              {"rows", std::move(rows)},
              {"last", found.last},
              {"tai_offset_ns", camera.clock.tai_offset_ns()}}};
@@ -49,13 +89,15 @@ Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
 } // namespace
 
 service::Call timing_call(const CameraCalls::Cameras& cameras) {
-    service::Call call = service::call<Arguments>(
-        "timing", service::Permission::view,
-        "Time stamps of the newest frames, half a second after they have ended: the numbers of the file of "
-        "`obscurad --timing`. A client that asks again with `last` gets each frame once.",
-        [&cameras](const Arguments& arguments, service::Work& /*work*/) {
-            return timing(cameras, arguments);
-        });
+    service::Call call =
+        service::call<Arguments>("timing", service::Permission::view,
+                                 "Time stamps of the newest frames, half a second after they have ended, "
+                                 "when transports have finished "
+                                 "them: the numbers of the file of `obscurad --timing`. A client that asks "
+                                 "again with `last` gets each frame once.",
+                                 [&cameras](const Arguments& arguments, service::Work& /*work*/) {
+                                     return timing(cameras, arguments);
+                                 });
     call.results = {
         {"columns", "array of strings", "",
          "Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of "

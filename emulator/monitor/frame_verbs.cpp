@@ -37,9 +37,10 @@ transports::WatchTransport& chosen(const Cameras& cameras, const VerbArguments& 
     return *cameras[camera];
 }
 
-std::string answer_of(const VerbArguments& arguments) {
-    return fmt::format(R"({{"pid":{},"camera":{},"watched_s":{}}})", ::getpid(), arguments.at("camera"),
-                       transports::WatchTransport::watched_ns / ns_per_s);
+std::string answer_of(transports::WatchTransport& watch, const VerbArguments& arguments) {
+    return fmt::format(R"({{"pid":{},"camera":{},"watched_s":{},"tai_offset_ns":{}}})", ::getpid(),
+                       arguments.at("camera"), transports::WatchTransport::watched_ns / ns_per_s,
+                       watch.tai_offset_ns());
 }
 
 } // namespace
@@ -50,14 +51,16 @@ std::vector<MonitorVerb> frame_verbs(std::vector<transports::WatchTransport*> ca
         {"ring", "Hands over the memory of a camera's newest frames, and an event that tells of each",
          parameters(),
          [all](const VerbArguments& arguments) {
-             transports::FrameRing& ring = chosen(*all, arguments).ring();
-             return MonitorAnswer(answer_of(arguments), {ring.descriptor(), ring.hand_over()});
+             transports::WatchTransport& watch = chosen(*all, arguments);
+             transports::FrameRing& ring = watch.ring();
+             return MonitorAnswer(answer_of(watch, arguments), {ring.descriptor(), ring.hand_over()});
          }},
         {"watch", "Has frames of a camera copied to that memory for the next seconds",
          parameters({{"period_us", "Least time between two of them; 0: all", 0, 60'000'000, 0}}),
          [all](const VerbArguments& arguments) -> MonitorAnswer {
-             chosen(*all, arguments).look(static_cast<std::int64_t>(arguments.at("period_us")) * ns_per_us);
-             return answer_of(arguments);
+             transports::WatchTransport& watch = chosen(*all, arguments);
+             watch.look(static_cast<std::int64_t>(arguments.at("period_us")) * ns_per_us);
+             return answer_of(watch, arguments);
          }},
     };
 }

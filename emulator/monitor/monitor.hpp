@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/time.hpp"
+#include "emulator/monitor/beat_times.hpp"
 #include "emulator/monitor/monitor_socket.hpp"
 #include "emulator/monitor/monitor_verbs.hpp"
 #include "emulator/monitor/recent_frames.hpp"
@@ -42,8 +43,12 @@ private:
     Daemon& daemon_;
     const std::string version_;
     const Time started_;
-    std::string control_;              ///< empty: nowhere
-    std::vector<RecentFrames> recent_; ///< of each camera
+    const std::int64_t started_utc_ns_; ///< tells this run from others of the same number
+    std::string control_;               ///< empty: nowhere
+    std::vector<RecentFrames> recent_;  ///< of each camera
+    BeatTimes beats_;
+    std::vector<std::string> advice_; ///< see isolation_advice(); of the first tick()
+    bool advised_ = false;
     std::vector<MonitorVerb> verbs_;
     std::optional<MonitorSocket> socket_;
 };

@@ -4,7 +4,9 @@
 #include "core/error.hpp"
 #include "emulator/monitor/monitor_paths.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/time.h>
@@ -61,7 +63,22 @@ bool send_answer(int client, const MonitorAnswer& answer) {
            static_cast<ssize_t>(answer.text.size());
 }
 
+/// Result of a call of a socket with a time-out, made again where a stop of the process (SIGSTOP, then
+/// SIGCONT) has ended it with EINTR, as Linux does also without a handler. It then has its whole time again.
+template<typename Call>
+auto unless_interrupted(Call call) {
+    auto result = call();
+    while (result < 0 && errno == EINTR)
+        result = call();
+    return result;
+}
+
 } // namespace
+
+bool send_request(int socket, std::string_view request) {
+    return unless_interrupted([&] { return ::send(socket, request.data(), request.size(), MSG_NOSIGNAL); }) >=
+           0;
+}
 
 ssize_t receive_answer(int socket, std::span<char> answer, std::vector<FileDescriptor>* descriptors) {
     iovec text{answer.data(), answer.size()};
@@ -71,7 +88,7 @@ ssize_t receive_answer(int socket, std::span<char> answer, std::vector<FileDescr
     message.msg_iovlen = 1;
     message.msg_control = ancillary.bytes.data();
     message.msg_controllen = ancillary.bytes.size();
-    const ssize_t bytes = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+    const ssize_t bytes = unless_interrupted([&] { return ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC); });
     if (bytes < 0) return bytes;
     for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
         if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_RIGHTS) continue;
@@ -85,15 +102,18 @@ ssize_t receive_answer(int socket, std::span<char> answer, std::vector<FileDescr
     return bytes;
 }
 
-FileDescriptor connect_to_monitor(const std::filesystem::path& path) {
-    FileDescriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+FileDescriptor connect_to_monitor(const std::filesystem::path& path, bool wait) {
+    FileDescriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | (wait ? 0 : SOCK_NONBLOCK), 0));
     const sockaddr_un address = address_of(path);
     // Also of connect(), which waits while the server has not accepted those before.
     const timeval patience{monitor_patience_s, 0};
     ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-    if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-        return FileDescriptor();
+    const auto connect = [&] {
+        return ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+    };
+    if (unless_interrupted(connect) != 0) return FileDescriptor();
+    if (!wait) ::fcntl(socket.get(), F_SETFL, 0);
     return socket;
 }
 
@@ -135,27 +155,42 @@ void MonitorSocket::stop() {
     std::filesystem::remove(path_, error);
 }
 
-void MonitorSocket::serve() {
+void MonitorSocket::serve(Time now) {
     if (!listener_) return;
-    accept_clients();
-    std::erase_if(clients_, [this](const FileDescriptor& client) { return !answer_client(client.get()); });
+    // Those who have asked since are not idle.
+    std::erase_if(clients_, [this, now](Client& client) { return !answer_client(client, now); });
+    accept_clients(now);
 }
 
-void MonitorSocket::accept_clients() {
-    while (clients_.size() < most_clients) {
-        FileDescriptor client(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-        if (!client) return;
-        clients_.push_back(std::move(client));
+void MonitorSocket::accept_clients(Time now) {
+    while (clients_.size() < most_clients || make_room(now)) {
+        FileDescriptor socket(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        if (!socket) return;
+        Client client{std::move(socket), now};
+        if (answer_client(client, now)) clients_.push_back(std::move(client));
     }
 }
 
-bool MonitorSocket::answer_client(int client) {
+/// Disconnects the client that has been idle for the longest time if another one waits.
+bool MonitorSocket::make_room(Time now) {
+    pollfd waiting{listener_.get(), POLLIN, 0};
+    if (::poll(&waiting, 1, 0) != 1) return false;
+    const auto oldest = std::min_element(clients_.begin(), clients_.end(),
+                                         [](const Client& a, const Client& b) { return a.asked < b.asked; });
+    if (now - oldest->asked < idle_ns) return false;
+    clients_.erase(oldest);
+    return true;
+}
+
+bool MonitorSocket::answer_client(Client& client, Time now) {
     for (int i = 0; i < most_requests; ++i) {
-        const ssize_t bytes = ::recv(client, request_.data(), request_.size(), 0);
+        const ssize_t bytes = ::recv(client.socket.get(), request_.data(), request_.size(), 0);
         if (bytes < 0) return errno == EAGAIN || errno == EINTR;
         if (bytes == 0) return false;
+        client.asked = now;
         // One byte more than allowed is read of a longer packet; its text is refused as such.
-        if (!send_answer(client, answer_({request_.data(), static_cast<std::size_t>(bytes)}))) return false;
+        if (!send_answer(client.socket.get(), answer_({request_.data(), static_cast<std::size_t>(bytes)})))
+            return false;
     }
     return true;
 }

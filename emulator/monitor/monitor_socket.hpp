@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "core/time.hpp"
 #include "emulator/monitor/monitor_verbs.hpp"
 
 #include <sys/types.h>
@@ -18,16 +19,21 @@
 
 namespace obscura::emulator {
 
-/// Largest request and largest answer, bytes.
-constexpr std::size_t monitor_request_bytes = 4096, monitor_answer_bytes = 65536;
+/// Largest request and largest answer, bytes. The state of 16 cameras whose counters are large takes half of
+/// it, and Linux sends packets of 208 KiB unless it is configured otherwise.
+constexpr std::size_t monitor_request_bytes = 4096, monitor_answer_bytes = 192 << 10;
 /// Most descriptors of an answer.
 constexpr std::size_t monitor_descriptors = 2;
 
 /// Serves any number of requests on each connection, one answer for each. Never blocks: a client that does
-/// not read its answers is disconnected, and at most `most_clients` are served. Thread-bound.
+/// not read its answers is disconnected, and at most `most_clients` are served. Where that many are there and
+/// another one waits, the client goes that has asked nothing for the longest time, `idle_ns` at least.
+/// Thread-bound.
 class MonitorSocket {
 public:
     static constexpr std::size_t most_clients = 8;
+    /// Less than the patience of clients that wait meanwhile, more than the pause of those that watch.
+    static constexpr std::int64_t idle_ns = 2 * ns_per_s;
     /// Makes the answer to one request, of at most monitor_answer_bytes; must not throw.
     using Answer = std::function<MonitorAnswer(std::string_view request)>;
 
@@ -42,28 +48,36 @@ public:
     void start();
     /// Removes the socket.
     void stop();
-    /// Accepts clients and answers what they have asked by now.
-    void serve();
+    /// Accepts clients and answers what they have asked by `now` (CLOCK_MONOTONIC).
+    void serve(Time now);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
     [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
 
 private:
-    void accept_clients();
-    [[nodiscard]] bool answer_client(int client);
+    struct Client {
+        FileDescriptor socket;
+        Time asked; ///< its last request, or when it was accepted
+    };
+    void accept_clients(Time now);
+    [[nodiscard]] bool make_room(Time now);
+    [[nodiscard]] bool answer_client(Client& client, Time now);
 
     const std::filesystem::path path_;
     const Answer answer_;
     FileDescriptor listener_;
-    std::vector<FileDescriptor> clients_;
+    std::vector<Client> clients_;
     std::vector<char> request_;
 };
 
 /// Longest wait of a client for the server, s.
 constexpr int monitor_patience_s = 5;
 /// Connects to a monitor socket; an empty descriptor if that is not possible, with the reason in errno. Its
-/// calls wait for monitor_patience_s at most.
-[[nodiscard]] FileDescriptor connect_to_monitor(const std::filesystem::path& path);
+/// calls wait for monitor_patience_s at most. They and those below go on where the process is stopped and
+/// continued meanwhile. `wait`: also for a daemon that has not accepted those before.
+[[nodiscard]] FileDescriptor connect_to_monitor(const std::filesystem::path& path, bool wait = true);
+/// Sends a request; false: not sent, with the reason in errno.
+[[nodiscard]] bool send_request(int socket, std::string_view request);
 /// Receives an answer as recv(2) does; descriptors that come with it are appended to `descriptors`, or closed
 /// if that is null.
 [[nodiscard]] ssize_t receive_answer(int socket, std::span<char> answer,

@@ -29,6 +29,17 @@ std::string policy_name(int policy) {
 
 } // namespace
 
+std::string status_field(const std::filesystem::path& status, std::string_view name) {
+    std::ifstream in(status);
+    for (std::string line; std::getline(in, line);)
+        if (line.size() > name.size() && line[name.size()] == ':' &&
+            std::string_view(line).starts_with(name)) {
+            const std::size_t value = line.find_first_not_of(" \t", name.size() + 1);
+            return value == std::string::npos ? std::string() : line.substr(value);
+        }
+    return {};
+}
+
 std::vector<OwnThread> own_threads(const std::filesystem::path& tasks) {
     std::vector<OwnThread> threads;
     std::error_code error;
@@ -41,17 +52,20 @@ std::vector<OwnThread> own_threads(const std::filesystem::path& tasks) {
         OwnThread thread;
         thread.name = stat.substr(open + 1, close - open - 1);
         // Numbers of the fields as in proc(5).
-        constexpr int state = 3, utime = 14, stime = 15, nice = 19, rt_priority = 40, policy = 41;
+        constexpr int state = 3, utime = 14, stime = 15, nice = 19, processor = 39, rt_priority = 40,
+                      policy = 41;
         std::istringstream fields(stat.substr(close + 2));
         std::string field;
         double ticks = 0;
         for (int number = state; number <= policy && fields >> field; ++number) {
             if (number == utime || number == stime) ticks += std::stod(field);
             if (number == nice) thread.nice = std::stoi(field);
+            if (number == processor) thread.processor = std::stoi(field);
             if (number == rt_priority) thread.priority = std::stoi(field);
             if (number == policy) thread.policy = policy_name(std::stoi(field));
         }
         thread.cpu_s = ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));
+        thread.cores = status_field(task.path() / "status", "Cpus_allowed_list");
         threads.push_back(std::move(thread));
     }
     return threads;

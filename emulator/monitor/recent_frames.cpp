@@ -15,6 +15,9 @@ std::string reasons_of(const sync::MissedCounts& counts) {
     return text;
 }
 
+/// A camera that has just been started has that long for its first trigger.
+constexpr double first_trigger_s = 10;
+
 } // namespace
 
 void RecentFrames::note(Time now, const CameraCounters& counters) {
@@ -41,36 +44,51 @@ FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) cons
     out.stalled_rows = counters.stalled_rows - before.stalled_rows;
     out.abandoned = counters.abandoned - before.abandoned;
     out.dropped = counters.dropped - before.dropped;
+    out.unsent = counters.unsent - before.unsent;
     out.degraded = counters.quality.degraded - before.quality.degraded;
     return out;
 }
 
-Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& controller) {
+Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& controller,
+              const AwaitedTrigger& awaited, bool for_client) {
     if (!acquiring)
-        return {Health::idle, controller.empty() ? "idle: no client is in control"
+        return {Health::idle, controller.empty() ? "idle: the acquisition is stopped, no client is in control"
                                                  : fmt::format("idle: {} has not started it", controller)};
     const auto bad = [&recent](const std::string& what) {
         return Verdict{Health::bad, fmt::format("{}, last {:.0f} s", what, recent.seconds)};
     };
-    if (recent.triggers == 0) return bad("no trigger");
+    if (recent.triggers == 0 && awaited.on_request)
+        return {Health::idle,
+                fmt::format("idle: waits for {}, none in the last {:.0f} s", awaited.name, recent.seconds)};
+    if (recent.triggers == 0 && awaited.acquires_s < first_trigger_s)
+        return {Health::idle,
+                fmt::format("idle: no trigger yet of {}, {:.0f} s after the start of the acquisition",
+                            awaited.name, awaited.acquires_s)};
+    if (recent.triggers == 0) return bad(fmt::format("no trigger of {}", awaited.name));
     if (recent.missed_triggers > 0)
         return bad(fmt::format("{} of {} triggers missed ({})", recent.missed_triggers, recent.triggers,
                                reasons_of(recent.missed_because)));
     if (recent.dropped > 0)
         return bad(fmt::format("{} of {} triggers without a frame: no memory or transport was free",
                                recent.dropped, recent.triggers));
+    const bool client_awaited = for_client && controller.empty();
+    if (recent.unsent > 0 && !client_awaited)
+        return bad(fmt::format("{} of {} frames were sent nowhere: no transport had a receiver, or room",
+                               recent.unsent, recent.frames));
     if (recent.abandoned > 0)
         return bad(fmt::format("{} of {} frames abandoned", recent.abandoned, recent.frames));
     if (recent.late_rows > 0)
         return bad(
             fmt::format("{} late rows in {} of {} frames", recent.late_rows, recent.late, recent.complete));
     if (recent.stalled_rows > 0)
-        return bad(fmt::format("{} rows in {} of {} frames left late: the system did not run the thread that "
-                               "releases them",
-                               recent.stalled_rows, recent.stalled, recent.complete));
-    const std::string below = recent.degraded > 0 ? fmt::format(", {} degraded", recent.degraded) : "";
+        return bad(
+            fmt::format("{} rows in {} of {} frames left late: the system did not run the release thread",
+                        recent.stalled_rows, recent.stalled, recent.complete));
+    std::string beside = recent.degraded > 0 ? fmt::format(", {} degraded", recent.degraded) : "";
+    if (recent.unsent > 0)
+        beside += fmt::format(", {} sent nowhere as no client is in control", recent.unsent);
     return {Health::good, fmt::format("on time: 0 late rows in {} frames{}, last {:.0f} s", recent.complete,
-                                      below, recent.seconds)};
+                                      beside, recent.seconds)};
 }
 
 } // namespace obscura::emulator

@@ -17,7 +17,7 @@ namespace obscura::emulator {
 struct FrameOutcomes {
     double seconds = 0; ///< length of the span
     std::uint64_t triggers = 0, missed_triggers = 0, frames = 0, complete = 0, late = 0, late_rows = 0,
-                  stalled = 0, stalled_rows = 0, abandoned = 0, dropped = 0, degraded = 0;
+                  stalled = 0, stalled_rows = 0, abandoned = 0, dropped = 0, unsent = 0, degraded = 0;
     sync::MissedCounts missed_because{};
 };
 
@@ -42,7 +42,7 @@ private:
 /// Whether a camera does what it should.
 enum class Health : std::uint8_t {
     good, ///< frames come, and in time
-    idle, ///< nobody has started the acquisition
+    idle, ///< nobody has started the acquisition, or asked for a frame
     bad,
 };
 constexpr auto enum_names(Health /*type*/) {
@@ -55,7 +55,15 @@ struct Verdict {
     Health health = Health::idle;
     std::string text;
 };
-/// `controller`: address of the client in control; empty: none.
-[[nodiscard]] Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& controller);
+/// What a camera that acquires begins a frame by.
+struct AwaitedTrigger {
+    std::string name;        ///< "Line0 (timer)", "Software", "free run"
+    bool on_request = false; ///< by a command, so that none for a long time is no fault
+    double acquires_s = 0;   ///< time since the start of the acquisition
+};
+/// `controller`: address of the client in control; empty: none. `for_client`: a client of GigE Vision may
+/// come, so that frames which go nowhere until it does are no fault, but said.
+[[nodiscard]] Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& controller,
+                            const AwaitedTrigger& awaited, bool for_client);
 
 } // namespace obscura::emulator

@@ -102,7 +102,7 @@ std::string in_capitals(std::string_view name) {
 }
 
 /// A cell of text for CSV files, in quotes where it needs them.
-std::string quoted(std::string_view text) {
+std::string csv_text(std::string_view text) {
     if (text.find_first_of(",\"\n\r") == std::string_view::npos) return std::string(text);
     std::string out = "\"";
     for (const char c : text)
@@ -173,7 +173,7 @@ std::string truth_csv_lines(const SceneTruth& truth, std::span<const RowTime> ro
         for (const TruthColumn& column : columns) {
             if (column.name == "frame") text += fmt::format("{}", truth.frame_id);
             if (column.name == "kind") text += kind;
-            if (column.name == "name") text += quoted(name);
+            if (column.name == "name") text += csv_text(name);
             if (column.name == "item") text += fmt::format("{}", item);
             if (column.name == "time_ns") text += fmt::format("{}", time.ns);
             if (column.name == "exposure_ns") text += fmt::format("{}", exposure_ns);
@@ -196,7 +196,7 @@ std::string truth_csv_lines(const SceneTruth& truth, std::span<const RowTime> ro
         for (const TruthColumn& column : columns) {
             const TruthCell cell = column.cell(truth, entry);
             const auto* words = std::get_if<std::string_view>(&cell);
-            text += words != nullptr ? quoted(*words) : truth_text(column, cell);
+            text += words != nullptr ? csv_text(*words) : truth_text(column, cell);
             text += ',';
         }
         text += no_pose;

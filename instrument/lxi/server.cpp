@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cerrno>
+#include <thread>
 #include <utility>
 
 namespace obscura::instrument {
@@ -31,6 +32,8 @@ LxiServer::LxiServer(service::Listener listener, std::string version, std::uint1
 
 void LxiServer::accept() {
     FileDescriptor socket = listener_.accept();
+    // Without a descriptor for it the client waits on: not to be tried without a pause.
+    if (!socket) std::this_thread::sleep_for(std::chrono::milliseconds(look_ms / 4));
     if (socket && clients_.size() < most_clients)
         clients_.push_back({std::move(socket), {}, Clock::now() + patience});
 }

@@ -16,7 +16,7 @@ public:
     [[nodiscard]] std::optional<std::int64_t> number(std::string_view column) const {
         const auto found = std::find(answer_.columns.begin(), answer_.columns.end(), column);
         const auto place = static_cast<std::size_t>(found - answer_.columns.begin());
-        return place < row_.size() ? row_[place] : std::nullopt;
+        return found != answer_.columns.end() && place < row_.size() ? row_[place] : std::nullopt;
     }
     [[nodiscard]] std::uint64_t count(std::string_view column) const {
         return static_cast<std::uint64_t>(std::max<std::int64_t>(number(column).value_or(0), 0));
@@ -60,6 +60,8 @@ std::vector<FrameReport> FrameReports::take(std::uint32_t camera, const TimingAn
             report.late_rows = row.small("late_rows");
             report.stalled_rows = row.small("stalled_rows");
             report.flags = row.small("flags");
+            if (const auto pixels = row.number("saturated"))
+                report.saturated = static_cast<std::uint32_t>(*pixels);
         }
         if (!reports.empty()) reports.front().lost_before = fresh - count;
     }

@@ -17,6 +17,7 @@
 #include <charconv>
 #include <chrono>
 #include <cstring>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -24,11 +25,10 @@ namespace obscura::instrument {
 namespace {
 
 using Steady = std::chrono::steady_clock;
-constexpr int look_ms = 100;
-constexpr std::chrono::milliseconds report_period{250};
-constexpr int looks_per_housekeeping = 4; ///< one a second
-constexpr std::int64_t no_process = -1;
-constexpr int most_commands = 32; ///< that are done before anything else is
+constexpr int look_ms = 50;
+constexpr std::chrono::milliseconds report_period{100};
+constexpr int looks_per_housekeeping = 10; ///< one a second
+constexpr int most_commands = 32;          ///< that are done before anything else is
 
 sockaddr_in address_of(const std::string& text) {
     const std::size_t colon = text.rfind(':');
@@ -60,6 +60,12 @@ FileDescriptor open(const std::string& text, sockaddr_in& address, bool receives
     return socket;
 }
 
+std::string host_of(const sockaddr_in& address) {
+    std::array<char, INET_ADDRSTRLEN> host{};
+    ::inet_ntop(AF_INET, &address.sin_addr, host.data(), host.size());
+    return host.data();
+}
+
 CommandResult result_of(const LinkError& error) {
     if (error.code == "controlled") return CommandResult::controlled;
     if (error.code == "not-now" || error.code == "busy") return CommandResult::not_now;
@@ -72,14 +78,16 @@ CommandResult result_of(const LinkError& error) {
 } // namespace
 
 PacketService::PacketService(const PacketOptions& options, DaemonAddress daemon)
-    : first_apid_(options.first_apid), link_(std::move(daemon)), writer_(options.first_apid) {
+    : first_apid_(options.first_apid),
+      link_(daemon),
+      commanded_(std::move(daemon)),
+      commands_(commanded_, "telecommand"),
+      writer_(options.first_apid) {
     sockaddr_in address{};
     if (!options.telemetry.empty()) sender_ = open(options.telemetry, address, false);
     if (options.telecommands.empty()) return;
     receiver_ = open(options.telecommands, address, true);
-    std::array<char, INET_ADDRSTRLEN> host{};
-    ::inet_ntop(AF_INET, &address.sin_addr, host.data(), host.size());
-    telecommand_address_ = fmt::format("{}:{}", host.data(), ntohs(address.sin_port));
+    telecommand_address_ = fmt::format("{}:{}", host_of(address), ntohs(address.sin_port));
 }
 
 std::int64_t PacketService::tai_now() const {
@@ -104,13 +112,13 @@ void PacketService::execute(const Telecommand& command) {
     case CommandFunction::trigger:
         return;
     case CommandFunction::start:
-        return link_.start(command.camera);
+        return commands_.start(command.camera);
     case CommandFunction::stop:
-        return link_.stop(command.camera);
+        return commands_.stop(command.camera);
     default:
-        link_.set(command.camera, std::string(command.feature),
-                  command.word.empty() ? FeatureValue(command.number)
-                                       : FeatureValue(std::string(command.word)));
+        commands_.set(command.camera, std::string(command.feature),
+                      command.word.empty() ? FeatureValue(command.number)
+                                           : FeatureValue(std::string(command.word)));
     }
 }
 
@@ -129,7 +137,7 @@ void PacketService::take(std::span<const std::uint8_t> datagram) {
             return report(*command, CommandResult::done);
         }
         if (triggering_) return report(*command, CommandResult::not_now);
-        link_.begin_trigger(command->camera);
+        commands_.begin_trigger(command->camera);
         triggering_ = command;
     } catch (const LinkError& error) {
         report(*command, result_of(error));
@@ -139,8 +147,12 @@ void PacketService::take(std::span<const std::uint8_t> datagram) {
 void PacketService::take_commands() {
     std::array<std::uint8_t, most_packet_bytes> buffer;
     for (int i = 0; receiver_ && i < most_commands; ++i) {
-        const ssize_t got = ::recv(receiver_.get(), buffer.data(), buffer.size(), MSG_TRUNC);
+        sockaddr_in from{};
+        socklen_t from_bytes = sizeof from;
+        const ssize_t got = ::recvfrom(receiver_.get(), buffer.data(), buffer.size(), MSG_TRUNC,
+                                       reinterpret_cast<sockaddr*>(&from), &from_bytes);
         if (got < 0) return;
+        commands_.set_peer(host_of(from));
         const auto size = static_cast<std::size_t>(got);
         take(size <= buffer.size() ? std::span<const std::uint8_t>(buffer).first(size)
                                    : std::span<const std::uint8_t>());
@@ -150,7 +162,7 @@ void PacketService::take_commands() {
 void PacketService::settle_trigger() {
     if (!triggering_) return;
     try {
-        const std::optional<TriggerResult> result = link_.trigger_result(0);
+        const std::optional<TriggerResult> result = commands_.trigger_result(0);
         if (!result) return;
         report(*triggering_, result->outcome == "missed" ? CommandResult::no_frame : CommandResult::done,
                result->frame);
@@ -173,19 +185,25 @@ void PacketService::send_reports(std::uint32_t camera) {
 void PacketService::look(bool housekeeping) {
     std::vector<std::optional<CameraState>> cameras;
     try {
-        DaemonState state = link_.state();
-        reports_.resize(state.cameras.size());
-        if (process_ != 0 && state.process != process_)
-            for (FrameReports& camera : reports_)
-                camera.begin_anew();
-        process_ = state.process;
-        for (std::uint32_t camera = 0; camera < reports_.size(); ++camera) {
-            cameras.emplace_back(std::move(state.cameras[camera]));
-            send_reports(camera);
+        // The state takes the daemon a tenth of a second, time stamps nothing: they are asked for by
+        // themselves while the connection to the same daemon lasts.
+        if (housekeeping || !connected_) {
+            connected_ = false;
+            DaemonState state = link_.state();
+            reports_.resize(state.cameras.size());
+            if (run_ && state.run != *run_)
+                for (FrameReports& camera : reports_)
+                    camera.begin_anew();
+            run_ = std::move(state.run);
+            connected_ = true;
+            std::move(state.cameras.begin(), state.cameras.end(), std::back_inserter(cameras));
         }
+        for (std::uint32_t camera = 0; camera < reports_.size(); ++camera)
+            send_reports(camera);
     } catch (const LinkError& error) {
+        connected_ = false;
         // Whatever answers next has not been there before: its frames are wanted from the first one on.
-        if (process_ == 0 && error.code == "connection-lost") process_ = no_process;
+        if (!run_ && error.code == "connection-lost") run_.emplace();
     }
     if (!housekeeping) return;
     cameras.resize(std::max<std::size_t>({cameras.size(), reports_.size(), 1}));

@@ -6,6 +6,7 @@
 #include "instrument/daemon_link.hpp"
 #include "instrument/packets/frame_reports.hpp"
 #include "instrument/packets/telemetry.hpp"
+#include "instrument/recorded_link.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -52,11 +53,15 @@ private:
     const std::uint16_t first_apid_;
     std::string telecommand_address_;
     FileDescriptor sender_, receiver_;
+    /// Of telemetry. Not that of telecommands, which may connect to another daemon unnoticed.
     DaemonLink link_;
+    DaemonLink commanded_;
+    RecordedLink commands_; ///< to commanded_
     TelemetryWriter writer_;
     PacketCounters counters_;
     std::vector<FrameReports> reports_; ///< by camera
-    std::int64_t process_ = 0;          ///< of the daemon that was asked last; 0: none was
+    std::optional<std::string> run_;    ///< of the daemon that was asked last; none: none was
+    bool connected_ = false;            ///< to that daemon, as far as is known
     std::optional<std::int64_t> tai_offset_ns_;
     std::optional<std::uint16_t> next_command_; ///< sequence count
     std::optional<Telecommand> triggering_;

@@ -128,7 +128,7 @@ const std::array<Row<H>, 28> housekeeping_rows{{
 }};
 
 using F = FrameReport;
-const std::array<Row<F>, 17> frame_rows{{
+const std::array<Row<F>, 18> frame_rows{{
     {{"CAMERA", T::u8, "", "Number of the camera, from 0"},
      [](const F& f) -> FieldValue { return std::uint64_t{f.camera}; }},
     {{"OUTCOME", T::u8, "", "What became of the frame", outcomes},
@@ -162,6 +162,8 @@ const std::array<Row<F>, 17> frame_rows{{
      [](const F& f) -> FieldValue { return std::uint64_t{f.flags}; }},
     {{"LOST_BEFORE", T::u32, "", "Frames between the report before and this one that have none"},
      [](const F& f) -> FieldValue { return f.lost_before; }},
+    {{"SATURATED", T::u32, "", "Pixels at the largest digital number; 4294967295: they were not counted"},
+     [](const F& f) -> FieldValue { return std::uint64_t{f.saturated.value_or(UINT32_MAX)}; }},
 }};
 
 using C = CommandReport;
@@ -215,7 +217,7 @@ std::span<const FieldInfo> telemetry_header() {
 const std::vector<PacketInfo>& telemetry_packets() {
     static const std::vector<PacketInfo> packets{
         {"HOUSEKEEPING", "State of a camera, once a second", 0, infos_of(housekeeping_rows)},
-        {"FRAME", "A frame that has ended, half a second later", 1, infos_of(frame_rows)},
+        {"FRAME", "A frame that has ended", 1, infos_of(frame_rows)},
         {"COMMAND", "What became of a telecommand", 2, infos_of(command_rows)},
     };
     return packets;

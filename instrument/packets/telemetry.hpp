@@ -37,7 +37,8 @@ struct FrameReport {
     std::int64_t edge_tai_ns = 0;
     std::optional<std::int64_t> due_tai_ns, first_tai_ns, last_due_tai_ns, last_tai_ns;
     std::uint32_t rows = 0, late_rows = 0, stalled_rows = 0, flags = 0;
-    std::uint64_t lost_before = 0; ///< frames since the report before that have none
+    std::uint64_t lost_before = 0;            ///< frames since the report before that have none
+    std::optional<std::uint32_t> saturated{}; ///< pixels at the largest digital number; none: not counted
 };
 
 /// Source of a command report.

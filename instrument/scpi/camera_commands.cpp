@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of a camera: features by their SFNC names, short ones, acquisition, trigger, counters.
+#include "core/suggestion.hpp"
 #include "instrument/scpi/commands.hpp"
 #include "instrument/scpi/errors.hpp"
 #include "instrument/scpi/parameters.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace obscura::instrument {
@@ -20,8 +22,15 @@ constexpr double us_per_s = 1e6;
 Feature feature_named(const ScpiCall& call, std::string_view name) {
     std::vector<Feature> all = call.context.link.features(call.camera);
     const auto found = std::find_if(all.begin(), all.end(), [&](const Feature& f) { return f.name == name; });
-    if (found == all.end())
-        throw ScpiError(ScpiCode::illegal_parameter_value, fmt::format("no feature {}", name));
+    if (found == all.end()) {
+        std::vector<std::string_view> names;
+        for (const Feature& feature : all)
+            names.push_back(feature.name);
+        const auto closest = closest_word(name, names);
+        throw ScpiError(ScpiCode::illegal_parameter_value,
+                        closest ? fmt::format("no feature {}, did you mean {}?", name, *closest)
+                                : fmt::format("no feature {}: FEATure:CATalog? names them", name));
+    }
     return std::move(*found);
 }
 
@@ -59,7 +68,7 @@ std::string query_named(const ScpiCall& call) {
 std::string catalogue(const ScpiCall& call) {
     std::vector<std::string> names;
     for (const Feature& feature : call.context.link.features(call.camera))
-        names.push_back(quoted(feature.name));
+        names.push_back(string_data(feature.name));
     return fmt::format("{}", fmt::join(names, ","));
 }
 
@@ -111,13 +120,13 @@ std::string counters(const ScpiCall& call) {
     }
     for (const auto& [name, count] : state.counters)
         if (name == string_of(call.parameters[0])) return fmt::format("{}", count);
-    throw ScpiError(ScpiCode::illegal_parameter_value, "no such counter");
+    throw ScpiError(ScpiCode::illegal_parameter_value, "no such counter: COUNters:CATalog? names them");
 }
 
 std::string counter_names(const ScpiCall& call) {
     std::vector<std::string> names;
     for (const auto& [name, count] : state_of(call).counters)
-        names.push_back(quoted(name));
+        names.push_back(string_data(name));
     return fmt::format("{}", fmt::join(names, ","));
 }
 
@@ -132,7 +141,7 @@ std::string latency(const ScpiCall& call) {
 std::string latency_names(const ScpiCall& call) {
     std::vector<std::string> names;
     for (const Latency& one : state_of(call).latencies)
-        names.push_back(quoted(one.name));
+        names.push_back(string_data(one.name));
     return fmt::format("{}", fmt::join(names, ","));
 }
 
@@ -186,11 +195,11 @@ std::vector<Command> feature_commands() {
         {.header = "[CAMera#:]FEATure:CATalog", .help = "Names of all features", .query = catalogue},
         about_feature("[CAMera#:]FEATure:LIMits", "What the feature may be, as text",
                       [](const ScpiCall& call) {
-                          return quoted(feature_named(call, string_of(call.parameters[0])).allowed);
+                          return string_data(feature_named(call, string_of(call.parameters[0])).allowed);
                       }),
         about_feature("[CAMera#:]FEATure:UNIT", "Unit of the feature",
                       [](const ScpiCall& call) {
-                          return quoted(feature_named(call, string_of(call.parameters[0])).unit);
+                          return string_data(feature_named(call, string_of(call.parameters[0])).unit);
                       }),
         number_command("[CAMera#:]EXPosure[:TIME]", "ExposureTime", "<time in s>", "Exposure time"),
         word_command("[CAMera#:]EXPosure:MODE", "ExposureMode", word, "Timed or TriggerWidth"),
@@ -246,13 +255,13 @@ std::vector<Command> camera_commands() {
          .query = [](const ScpiCall& call) { return fmt::format("{}", state_of(call).frame_id); }},
         {.header = "[CAMera#:]CONTroller",
          .help = "Address of the GigE Vision client that controls the camera; \"\": none",
-         .query = [](const ScpiCall& call) { return quoted(state_of(call).controller); }},
+         .query = [](const ScpiCall& call) { return string_data(state_of(call).controller); }},
         {.header = "[CAMera#:]HEALth",
          .help = "good, idle or bad: the verdict on the last minute",
          .query = [](const ScpiCall& call) { return state_of(call).health; }},
         {.header = "[CAMera#:]VERDict",
          .help = "The verdict on the last minute, as text",
-         .query = [](const ScpiCall& call) { return quoted(state_of(call).verdict); }},
+         .query = [](const ScpiCall& call) { return string_data(state_of(call).verdict); }},
         {.header = "[CAMera#:]CLOCk:STATe",
          .help = "free, locked, holdover or lockstep",
          .query = [](const ScpiCall& call) { return state_of(call).clock; }},

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/scpi/commands.hpp"
 
+#include <fmt/format.h>
+
+#include <string>
 #include <utility>
 
 namespace obscura::instrument {
@@ -34,7 +37,11 @@ std::optional<CommandTable::Found> CommandTable::find(std::span<const std::strin
 }
 
 void report(Status& status, const LinkError& error) {
-    status.report(code_of(error), error.what());
+    const ScpiCode code = code_of(error);
+    const std::string why = error.what();
+    status.report(code, code == ScpiCode::header_suffix_out_of_range
+                            ? fmt::format("CAMera1 is camera 0 of the daemon: {}", why)
+                            : why);
 }
 
 bool settle_trigger(ScpiContext& context, double wait_s) {

@@ -169,7 +169,7 @@ std::string response_of(const Feature& feature, const FeatureValue& value, Plain
                                                        : number_text(static_cast<double>(number) / scale);
                                  },
                                  [&](double number) { return number_text(number / scale); },
-                                 [&](const std::string& word) { return base ? word : quoted(word); }},
+                                 [&](const std::string& word) { return base ? word : string_data(word); }},
                       value);
 }
 

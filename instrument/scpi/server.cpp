@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/scpi/server.hpp"
 
+#include "instrument/recorded_link.hpp"
 #include "instrument/scpi/line_reader.hpp"
 #include "instrument/scpi/session.hpp"
 
@@ -13,6 +14,7 @@
 #include <exception>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace obscura::instrument {
@@ -66,7 +68,9 @@ void ScpiServer::bury(bool all) {
 void ScpiServer::serve(Client& client, bool may_change) const {
     const int socket = client.socket.get();
     const std::function<bool()> ended = [this] { return ending_.load(); };
-    DaemonLink link(daemon_);
+    DaemonLink daemon(daemon_);
+    RecordedLink link(daemon, "SCPI");
+    link.set_peer(service::address_of_peer(socket));
     ScpiSession session(table_, link, version_, may_change, ended);
     LineReader lines(limits_.line_bytes);
     std::array<char, 4096> buffer;
@@ -96,22 +100,30 @@ void ScpiServer::serve(Client& client, bool may_change) const {
 
 void ScpiServer::accept(const ScpiPort& port) {
     FileDescriptor socket = port.listener.accept();
-    if (!socket) return;
+    if (!socket) {
+        // Without a descriptor for it the client waits on: not to be tried without a pause.
+        std::this_thread::sleep_for(std::chrono::milliseconds(look_ms / 4));
+        return;
+    }
     bury(false);
     if (clients_.size() >= limits_.clients) return; // closes it
     const int on = 1;
     ::setsockopt(socket.get(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
     auto client = std::make_unique<Client>();
     client->socket = std::move(socket);
-    client->thread = std::thread([this, one = client.get(), may_change = port.may_change] {
-        try {
-            serve(*one, may_change);
-        } catch (const std::exception&) { // memory is short: this client is given up
-        }
-        ::shutdown(one->socket.get(), SHUT_RDWR); // closed when it is joined
-        one->done = true;
-    });
-    clients_.push_back(std::move(client));
+    Client& one = *clients_.emplace_back(std::move(client));
+    try {
+        one.thread = std::thread([this, &one, may_change = port.may_change] {
+            try {
+                serve(one, may_change);
+            } catch (const std::exception&) { // memory is short: this client is given up
+            }
+            ::shutdown(one.socket.get(), SHUT_RDWR); // closed when it is joined
+            one.done = true;
+        });
+    } catch (const std::system_error&) { // no thread is left: the others go on
+        clients_.pop_back();
+    }
 }
 
 void ScpiServer::run(const std::function<bool()>& stopped) {

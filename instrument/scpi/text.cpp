@@ -7,7 +7,7 @@
 
 namespace obscura::instrument {
 
-std::string quoted(std::string_view text) {
+std::string string_data(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
         if (c == '"') result += c;

@@ -91,11 +91,20 @@ void StarRows::find(std::span<const RowTime> rows, StarsInView& view) const {
     double turn_rad = 0;
     for (const StarsInView::RowPose& pose : view.poses)
         turn_rad = std::max(turn_rad, angle_between(middle, pose.attitude) + pose.turn_rad);
-    const ephemeris::SkyCells::Cone cone{rotate(middle, {0, 0, 1}), lens_.field_angle_rad(reach_px_ + 1) +
-                                                                        turn_rad + aberration_rad + 1e-9};
     const double time_s = to_seconds(rows[rows.size() / 2].mid().ns);
-    const StarObserver observer =
-        star_observer(scene_, camera_pose(scene_, bodies_, time_s).position_m, time_s);
+    const Vec3 position_m = camera_pose(scene_, bodies_, time_s).position_m;
+    find({position_m, middle}, turn_rad + aberration_rad, time_s, view);
+}
+
+void StarRows::find(const Pose& camera, double more_rad, double time_s, StarsInView& view) const {
+    if (field_.empty()) {
+        view.stars.clear();
+        view.known = false;
+        return;
+    }
+    const ephemeris::SkyCells::Cone cone{rotate(camera.orientation, {0, 0, 1}),
+                                         lens_.field_angle_rad(reach_px_ + 1) + more_rad + 1e-9};
+    const StarObserver observer = star_observer(scene_, camera.position_m, time_s);
     if (view.known && std::abs(observer.years - view.observer.years) < spare_years &&
         length(observer.position_au - view.observer.position_au) < spare_au &&
         angle_between(cone.axis, view.cone.axis) + cone.half_angle_rad < view.cone.half_angle_rad)

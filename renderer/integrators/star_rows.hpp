@@ -57,6 +57,8 @@ public:
 
     /// Fills StarsInView::stars with those that may be visible in some of the rows.
     void find(std::span<const RowTime> rows, StarsInView& view) const;
+    /// As find(), for a camera that need not stand as the scene has it: turned by up to `more_rad`.
+    void find(const Pose& camera, double more_rad, double time_s, StarsInView& view) const;
     /// As find(), and assigns the stars to the rows. `window`: in sensor pixels, of which the rows begin with
     /// `first_y`; `one_line`: all of them are that row, at different times.
     void assign(std::span<const RowTime> rows, const Region& window, std::int32_t first_y, bool one_line,

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <span>
 
 namespace obscura::renderer {
@@ -58,6 +57,17 @@ private:
     Vec3 axis_, u_, v_;
 };
 
+/// Point of the limb of an ellipsoid seen from `camera_m` outside of it. Scaled to the unit sphere, the
+/// tangent points p of the viewer c are the circle p c = 1.
+Vec3 ellipsoid_limb(Vec3 radii_m, Vec3 camera_m, double azimuth_rad) {
+    const Vec3 c = product(camera_m, inverse(radii_m));
+    const double distance2 = length_squared(c);
+    Vec3 u, v;
+    orthonormal_basis(c / std::sqrt(distance2), u, v);
+    const double radius = std::sqrt(std::max(0.0, 1 - 1 / distance2));
+    return product(c / distance2 + radius * (std::cos(azimuth_rad) * u + std::sin(azimuth_rad) * v), radii_m);
+}
+
 /// The outermost surface seen from `camera_m`, body frame, in the half plane of the azimuth `a`.
 std::optional<Vec3> outermost(const Shape& shape, const DetailView* detail, Vec3 camera_m, double a) {
     const Outlook outlook(camera_m);
@@ -92,16 +102,16 @@ std::optional<Vec3> outermost(const Shape& shape, const DetailView* detail, Vec3
 
 } // namespace
 
-BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, std::uint32_t points,
+BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, const CurveSpan& span,
                      RowStates& states)
     : scene_(scene),
       body_(body),
       kind_(kind),
-      points_(points),
+      span_(span),
       radii_m_(scene.bodies[body].shape->ellipsoid_radii_m()),
       found_(&states.memory()) {
     if (radii_m_.x > 0) return;
-    found_.resize(points);
+    found_.resize(span.points);
     const SurfaceTiles* const tiles = scene.bodies[body].shape->tiles();
     if (tiles != nullptr && !tiles->domain().is_plane()) {
         find_on_heights(*tiles, states);
@@ -110,9 +120,8 @@ BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, 
     const TruthState& middle = states.middle_of(0);
     const DetailView view = detail_of(scene, middle, body);
     const DetailView* const detail = view.cell_rad > 0 ? &view : nullptr;
-    for (std::uint32_t i = 0; i < points; ++i)
-        found_[i] =
-            outermost(*scene.bodies[body].shape, detail, viewer_m(middle), 2 * std::numbers::pi * i / points);
+    for (std::uint32_t i = 0; i < span.points; ++i)
+        found_[i] = outermost(*scene.bodies[body].shape, detail, viewer_m(middle), span.azimuth_rad(i));
 }
 
 void BodyCurve::find_on_heights(const SurfaceTiles& tiles, RowStates& states) {
@@ -162,8 +171,8 @@ void BodyCurve::find_on_heights(const SurfaceTiles& tiles, RowStates& states) {
             if (ranges[i] != no_hit) found_[searches[i].point] = viewer_m(middle) + ranges[i] * rays[i];
         count = 0;
     };
-    for (std::uint32_t i = 0; i < points_; ++i) {
-        const double azimuth = 2 * std::numbers::pi * i / points_;
+    for (std::uint32_t i = 0; i < span_.points; ++i) {
+        const double azimuth = span_.azimuth_rad(i);
         if (!in_view(azimuth)) continue;
         searches[count++] = {i, azimuth, rim_of(least, outlook.distance()),
                              rim_of(largest, outlook.distance())};
@@ -184,14 +193,25 @@ bool BodyCurve::has(const TruthState& state, std::uint32_t i) const {
 
 Vec3 BodyCurve::point_m(const TruthState& state, std::uint32_t i) const {
     if (!(radii_m_.x > 0)) return *found_[i];
-    // Scaled to the unit sphere, the tangent points p of the viewer c are the circle p c = 1.
-    const Vec3 c = product(viewer_m(state), inverse(radii_m_));
-    const double distance2 = length_squared(c);
-    Vec3 u, v;
-    orthonormal_basis(c / std::sqrt(distance2), u, v);
-    const double a = 2 * std::numbers::pi * i / points_;
-    const double radius = std::sqrt(std::max(0.0, 1 - 1 / distance2));
-    return product(c / distance2 + radius * (std::cos(a) * u + std::sin(a) * v), radii_m_);
+    return ellipsoid_limb(radii_m_, viewer_m(state), span_.azimuth_rad(i));
+}
+
+std::optional<Vec3> BodyCurve::about_m(const TruthScene& scene, std::size_t body, const TruthState& state,
+                                       double azimuth_rad) {
+    const Shape& shape = *scene.bodies[body].shape;
+    const Vec3 radii = shape.ellipsoid_radii_m();
+    const Vec3 viewer = to_local(state.bodies[body], state.camera.position_m);
+    if (radii.x > 0) {
+        if (!(length_squared(product(viewer, inverse(radii))) > 1)) return std::nullopt;
+        return ellipsoid_limb(radii, viewer, azimuth_rad);
+    }
+    const SurfaceTiles* const tiles = shape.tiles();
+    if (tiles == nullptr || tiles->domain().is_plane()) return std::nullopt;
+    const Vec3 domain = tiles->domain().radii_m();
+    const double least = std::min({domain.x, domain.y, domain.z}) * (1 + tiles->least());
+    const double radius = (least + shape.bounding_radius_m()) / 2;
+    if (!(length(viewer) > radius)) return std::nullopt;
+    return Outlook(viewer).tangent_point(azimuth_rad, radius);
 }
 
 bool BodyCurve::near_side(const TruthState& state, std::uint32_t i) const {

@@ -8,10 +8,28 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
+#include <numbers>
 #include <optional>
 #include <vector>
 
 namespace obscura::renderer {
+
+/// Azimuths of points of a curve about the direction from its viewer to the body's origin.
+struct CurveSpan {
+    double from_rad = 0, width_rad = 0;
+    std::uint32_t steps = 1;  ///< of the width
+    std::uint32_t points = 0; ///< the first at from_rad
+
+    /// The whole turn.
+    [[nodiscard]] static CurveSpan turn(std::uint32_t points) {
+        return {0, 2 * std::numbers::pi, points, points};
+    }
+    /// Of a part of the turn, both ends included.
+    [[nodiscard]] static CurveSpan part(double from_rad, double width_rad, std::uint32_t points) {
+        return {from_rad, width_rad, points - 1, points};
+    }
+    [[nodiscard]] double azimuth_rad(std::uint32_t i) const { return from_rad + width_rad * i / steps; }
+};
 
 /// Limb: the outline seen by the camera. Terminator: where the centre of the Sun is on the horizon. Of
 /// ellipsoids both are exact: the points whose tangent planes hold the camera, or the centre of the Sun. Of
@@ -23,8 +41,14 @@ namespace obscura::renderer {
 class BodyCurve {
 public:
     /// The arguments outlive this.
-    BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, std::uint32_t points,
+    BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, const CurveSpan& span,
               RowStates& states);
+
+    /// Where a limb is about, body frame, without a search: exact of an ellipsoid, of a terrain the limb of
+    /// the sphere half way between its lowest and highest ground; empty: not known, of other shapes and from
+    /// inside.
+    [[nodiscard]] static std::optional<Vec3> about_m(const TruthScene& scene, std::size_t body,
+                                                     const TruthState& state, double azimuth_rad);
 
     /// Whether there is a point `i` of the curve: not from inside the body, nor without a Sun, nor outside
     /// the field.
@@ -45,7 +69,7 @@ private:
     const TruthScene& scene_;
     std::size_t body_;
     TruthKind kind_;
-    std::uint32_t points_;
+    CurveSpan span_;
     Vec3 radii_m_;                                ///< 0: not an ellipsoid
     std::pmr::vector<std::optional<Vec3>> found_; ///< by rays
 };

@@ -28,8 +28,10 @@ RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windo
       rows_(rows),
       row_times_(row_times),
       push_broom_(push_broom),
+      body_changes_(&memory_),
       first_state_(&memory_),
       states_(&memory_) {
+    find_changes();
     if (scene.max_instants > 1 && !rows.empty()) {
         double motion = 0;
         for (const RowTime& row : {rows.front(), rows[rows.size() / 2], rows.back()})
@@ -46,6 +48,24 @@ RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windo
     states_.resize(states + instants_);
 }
 
+void RowStates::find_changes() {
+    if (scene_.poses == nullptr) return;
+    const GroundTruth& then = *scene_.poses;
+    const Pose camera = camera_pose(scene_.scene, scene_.bodies, scene_.poses_s);
+    bool moved = camera != then.camera;
+    const auto change = [&moved](const Pose& from, const Pose& to) {
+        moved |= from != to;
+        return Change{to.orientation * conjugate(from.orientation), to.position_m - from.position_m};
+    };
+    camera_change_ = change(camera, then.camera);
+    body_changes_.resize(scene_.bodies.size());
+    for (std::size_t b = 0; b < std::min<std::size_t>(then.body_count, scene_.scene.bodies.size()); ++b)
+        body_changes_[b] =
+            change(seen_pose(scene_.scene, scene_.bodies, b, camera.position_m, scene_.poses_s),
+                   then.bodies[b].pose);
+    if (!moved) body_changes_.clear();
+}
+
 const TruthState& RowStates::at(std::int32_t row, std::uint32_t instant) {
     const auto r = static_cast<std::size_t>(row);
     const TruthState*& state = states_[first_state_[r] + instant];
@@ -60,13 +80,16 @@ const TruthState& RowStates::state_at(double time_s) {
     const std::size_t count = scene_.bodies.size();
     const std::span<Pose> bodies(std::pmr::polymorphic_allocator<Pose>(&memory_).allocate(count), count);
     s.time_s = time_s;
+    const bool changed = !body_changes_.empty();
     s.camera = camera_pose(scene_.scene, scene_.bodies, s.time_s);
+    if (changed) s.camera = camera_change_.of(s.camera);
     s.camera_from_inertial = transposed(to_matrix(s.camera.orientation));
     s.beta = camera_beta(scene_.scene, scene_.bodies, s.time_s);
     s.sun_m = scene_.scene.sun.position_at(time_s);
-    for (std::size_t b = 0; b < count; ++b)
-        std::construct_at(&bodies[b],
-                          apparent_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s));
+    for (std::size_t b = 0; b < count; ++b) {
+        const Pose pose = apparent_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s);
+        std::construct_at(&bodies[b], changed ? body_changes_[b].of(pose) : pose);
+    }
     s.bodies = bodies;
     return s;
 }

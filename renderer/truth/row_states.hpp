@@ -41,6 +41,10 @@ struct TruthScene {
     std::span<const std::uint64_t> tile_versions;
     bool wait_for_tiles = true; ///< see DetailView::wait
     BodyLight* light = nullptr; ///< null: the light of bodies is unknown
+    /// Poses that the frame was made with at the scene time `poses_s`. Where a simulator has moved the scene
+    /// on since, all instants are shifted by what differs then. Null: those that the scene has now.
+    const GroundTruth* poses = nullptr;
+    double poses_s = 0;
 };
 
 /// Poses at one instant.
@@ -125,6 +129,15 @@ private:
     };
     [[nodiscard]] std::optional<Crossing> cross(std::size_t window, std::uint32_t instant,
                                                 Direction direction);
+    /// From a pose that the scene has now to that of the frame.
+    struct Change {
+        Quat turn;
+        Vec3 shift_m;
+        [[nodiscard]] Pose of(const Pose& pose) const {
+            return {pose.position_m + shift_m, turn * pose.orientation};
+        }
+    };
+    void find_changes();
     /// Row of the sensor that a row of the composed image shows.
     [[nodiscard]] double sensor_row(std::size_t window, double row) const {
         const FrameWindow& w = windows_[window];
@@ -138,6 +151,8 @@ private:
     bool push_broom_;
     std::uint32_t instants_ = 1, rendered_instants_ = 1;
     std::span<const double> band_weights_;
+    Change camera_change_;
+    std::pmr::vector<Change> body_changes_;      ///< empty: the scene has not moved on
     std::pmr::vector<std::size_t> first_state_;  ///< of each row: the index of its first state
     std::pmr::vector<const TruthState*> states_; ///< null: not yet asked for
 };

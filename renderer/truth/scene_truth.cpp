@@ -457,7 +457,7 @@ private:
     }
 
     void add_curve(std::size_t b, TruthKind kind) {
-        const BodyCurve curve(scene_, b, kind, request_.curve_points, states_);
+        const BodyCurve curve(scene_, b, kind, CurveSpan::turn(request_.curve_points), states_);
         for (std::uint32_t i = 0; i < request_.curve_points; ++i) {
             const auto towards = [&](const TruthState& s) {
                 return towards_point(s, b, curve.point_m(s, i));

@@ -38,7 +38,7 @@ std::string get_text(const std::byte* from, std::size_t most) {
     return text;
 }
 
-std::string quoted(std::string_view text) {
+std::string toml_string(std::string_view text) {
     std::string out = "\"";
     for (const char c : text) {
         if (c == '"' || c == '\\') out += '\\';
@@ -60,13 +60,13 @@ std::string toml_of(const ObtMetadata& m, const HeaderPlaces& places) {
     const auto line = [&](std::string_view key, const std::string& value) {
         out += fmt::format("{} = {}\n", key, value);
     };
-    line("uuid", quoted(uuid_text(m.uuid)));
-    line("title", quoted(m.title));
-    line("licence", quoted(m.licence));
-    line("source", quoted(m.source));
-    line("kind", quoted(name_of(m.kind)));
-    line("unit", quoted(m.unit));
-    line("type", quoted(name_of(m.type)));
+    line("uuid", toml_string(uuid_text(m.uuid)));
+    line("title", toml_string(m.title));
+    line("licence", toml_string(m.licence));
+    line("source", toml_string(m.source));
+    line("kind", toml_string(name_of(m.kind)));
+    line("unit", toml_string(m.unit));
+    line("type", toml_string(name_of(m.type)));
     if (m.lattice) line("step_exponents", fmt::format("[{}, {}]", m.finest_exponent, m.coarsest_exponent));
     line("scale", real(m.scale));
     line("offset", real(m.offset));
@@ -80,20 +80,20 @@ std::string toml_of(const ObtMetadata& m, const HeaderPlaces& places) {
     line("margin", fmt::format("{}", margin));
     line("bytes", fmt::format("{}", places.file_bytes));
     line("shard_bytes", fmt::format("{}", places.shard_bytes));
-    line("registration", quoted(name_of(m.registration)));
+    line("registration", toml_string(name_of(m.registration)));
     std::string numbers;
     for (const double v : m.transform)
         numbers += (numbers.empty() ? "" : ", ") + real(v);
     line("transform", "[" + numbers + "]");
-    line("projection", quoted(name_of(m.projection.kind)));
-    line("latitudes", quoted(name_of(m.projection.latitudes)));
+    line("projection", toml_string(name_of(m.projection.kind)));
+    line("latitudes", toml_string(name_of(m.projection.latitudes)));
     line("equatorial_radius_m", real(m.projection.equatorial_radius_m));
     line("polar_radius_m", real(m.projection.polar_radius_m));
     line("centre_longitude_rad", real(m.projection.centre_longitude_rad));
     line("true_scale_latitude_rad", real(m.projection.true_scale_latitude_rad));
     line("semi_axes_m",
          fmt::format("[{}, {}, {}]", real(m.semi_axes_m.x), real(m.semi_axes_m.y), real(m.semi_axes_m.z)));
-    line("height_meaning", quoted(name_of(m.height_meaning)));
+    line("height_meaning", toml_string(name_of(m.height_meaning)));
     for (const ObtPlaneStatistics& s : m.statistics)
         out += fmt::format("[[plane]]\nleast = {}\nlargest = {}\nmean = {}\nholes = {}\n", real(s.least),
                            real(s.largest), real(s.mean), s.holes);

@@ -4,7 +4,9 @@
 stopped obscura-web, and one that is killed and started again and again. Prints late rows, how late rows left, and processor time of both
 processes, of each as a row of a Markdown table.
 
-Usage: viewers.py OBSCURAD OBSCURA-WEB [--seconds S] [--size N] [--kills N] [--cores WEB-CORES]
+Usage: viewers.py OBSCURAD OBSCURA-WEB [--seconds S] [--size N] [--kills N] [--rounds N] [--only ROW] [--own-core]
+With --own-core the thread that releases rows has core 1 for itself, and everything else, with obscura-web and the viewers, core 0. Rows take
+turns with runs without viewers, so that what else the machine does falls on both; the medians over the rounds, and their ratio, come last.
 Late rows are those that were not ready in time; stalled ones left more than a millisecond late, because the system did not run the thread that
 releases them. Each viewer sees the whole image at full resolution, up to 10 pictures a second; the budget of obscura-web lowers that.
 """
@@ -13,6 +15,7 @@ import json
 import os
 import pathlib
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -55,11 +58,26 @@ def cpu_s(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def others(options):
+    """Words before a command that keep it off the core of the release thread."""
+    return ["taskset", "-c", "0"] if options.own_core else []
+
+
+THREADS = """[threads]
+release_cores = "1"
+trigger_cores = "0"
+transmit_cores = "0"
+detector_cores = "0"
+pipeline_cores = "0"
+display_cores = "0"
+render_cores = "0"
+"""
+
+
 class Web:
     def __init__(self, options, folder):
         command = [options.web, "--listen", "127.0.0.1:0", "--socket", f"{folder}/monitor"]
-        if options.cores:
-            command = ["taskset", "-c", options.cores] + command
+        command = others(options) + command
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         link = self.process.stdout.readline()
         self.port, self.token = int(link.split(":")[2].split("/")[0]), link.strip().partition("token=")[2]
@@ -74,9 +92,15 @@ class Web:
         self.process.wait()
 
 
+ROWS = {"one": {"readers": 1}, "20": {"readers": 20}, "20 and 4 that never read": {"readers": 20, "silent": 4},
+        "20, stopped": {"readers": 20, "stopped": True}, "killed": {"readers": 1}}
+p999, late = {}, {}  # of each row, one value a round
+
+
 def measure(options, name, readers=0, silent=0, stopped=False, kills=0):
     with tempfile.TemporaryDirectory(prefix="obscura-viewers-") as folder:
-        write_config(f"{folder}/obscurad.toml", options.size, "[monitor]\nsocket = " + json.dumps(f"{folder}/monitor"))
+        write_config(f"{folder}/obscurad.toml", options.size, 
+                     "[monitor]\nsocket = " + json.dumps(f"{folder}/monitor") + "\n" + (THREADS if options.own_core else ""))
         daemon = subprocess.Popen([options.obscurad, "--config", f"{folder}/obscurad.toml", "--timing", f"{folder}/timing.csv"],
                                   stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         daemon.stdout.readline()  # ready
@@ -85,7 +109,7 @@ def measure(options, name, readers=0, silent=0, stopped=False, kills=0):
             time.sleep(0.2)
 
         def start_viewers():
-            return subprocess.Popen([sys.executable, __file__, "--look", str(web.port), web.token, f"{daemon.pid}-0", str(readers), str(silent)],
+            return subprocess.Popen(others(options) + [sys.executable, __file__, "--look", str(web.port), web.token, f"{daemon.pid}-0", str(readers), str(silent)],
                                     stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) if readers + silent else None
 
         viewers = start_viewers()
@@ -96,7 +120,7 @@ def measure(options, name, readers=0, silent=0, stopped=False, kills=0):
         if stopped:
             web.process.send_signal(signal.SIGSTOP)
         for _ in range(kills):
-            time.sleep(max(0.0, options.seconds / kills - 0.3))
+            time.sleep(0.3)
             viewers.stdin.close()
             viewers.wait()
             web.end()
@@ -118,6 +142,8 @@ def measure(options, name, readers=0, silent=0, stopped=False, kills=0):
         daemon.send_signal(signal.SIGTERM)
         daemon.wait()
         lateness = row_lateness(f"{folder}/timing.csv")
+        p999.setdefault(name, []).append(at(lateness, 0.999))
+        late.setdefault(name, []).append(after["late_rows"] - before["late_rows"])
         did = {key: after[key] - before[key] for key in ("complete", "late", "late_rows", "stalled_rows")}
         rate = f"{min(counts) / (span + 3):.1f}" if counts else "-"
         web_cpu = f"{used[1]:.1f} %" if not kills else "-"
@@ -136,18 +162,23 @@ def main():
     arguments.add_argument("web")
     arguments.add_argument("--seconds", type=float, default=20)
     arguments.add_argument("--size", type=int, default=512)
-    arguments.add_argument("--kills", type=int, default=10)
-    arguments.add_argument("--cores", default="", help="of obscura-web, as taskset has them")
+    arguments.add_argument("--kills", type=int, default=100)
+    arguments.add_argument("--rounds", type=int, default=2)
+    arguments.add_argument("--only", choices=list(ROWS), help="this row, in turns with none")
+    arguments.add_argument("--own-core", action="store_true")
     options = arguments.parse_args()
     print("| viewers | load average | frames | late frames | late rows | stalled rows | rows after their time: p50 | p99 | p99.9 | obscurad | obscura-web "
           "| pictures/s, the slowest |\n|---|---|---|---|---|---|---|---|---|---|---|---|")
-    measure(options, "none")
-    measure(options, "1", readers=1)
-    measure(options, "20", readers=20)
-    measure(options, "20, and 4 that never read", readers=20, silent=4)
-    measure(options, "20, `obscura-web` stopped", readers=20, stopped=True)
-    measure(options, f"1, `obscura-web` killed {options.kills} times", readers=1, kills=options.kills)
-    measure(options, "none")
+    for turn in range(options.rounds):
+        measure(options, "none")
+        for name, how in ROWS.items():
+            if options.only not in (None, name) or (name == "killed" and turn > 0):
+                continue
+            measure(options, name, **({**how, "kills": options.kills} if name == "killed" else how))
+    print("\n| viewers | late rows, all rounds | p99.9, median of the rounds | ratio to none |\n|---|---|---|---|")
+    alone = statistics.median(p999["none"])
+    for name, values in p999.items():
+        print(f"| {name} | {sum(late[name])} | {statistics.median(values):.2f} us | {statistics.median(values) / alone:.2f} |")
 
 
 main()

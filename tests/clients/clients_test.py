@@ -25,7 +25,8 @@ except ImportError:
 
 obscura, obscurad, language = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2]), sys.argv[4]
 source, classes = pathlib.Path(sys.argv[3]).resolve(), sys.argv[5] if len(sys.argv) > 5 else None
-sys.path[:0] = [str(source / "clients" / "python"), str(source / "clients" / "stubs")]
+sys.path[:0] = [str(source / "tests" / "support"), str(source / "clients" / "python"), str(source / "clients" / "stubs")]
+from children import Child  # noqa: E402
 from described import running_daemon  # noqa: E402
 
 PATIENCE_S = 300
@@ -136,14 +137,14 @@ def run(program, *words, in_folder):
 with tempfile.TemporaryDirectory(prefix="obscura-clients-") as temporary:
     folder = pathlib.Path(temporary)
     path = str(folder / "socket")
-    server = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", folder, "--with-input"],
+    server = Child([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", folder, "--with-input"],
                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     tcp = server.stdout.readline().split()[-1]
     server.stdout.readline()
     for name in ("token", "wrong"):
         (folder / name).write_bytes(os.urandom(32))
         (folder / name).chmod(0o640)
-    locked = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--root", folder, "--token-file", folder / "token",
+    locked = Child([obscura, "serve", "--listen", "127.0.0.1:0", "--root", folder, "--token-file", folder / "token",
                                "--with-input"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     broken = [f"{broken_server(reply)}={said}" for reply, said in BROKEN]
     with running_daemon(obscurad) as live:

@@ -15,6 +15,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
+
 try:
     import numpy  # noqa: F401
 except ImportError:
@@ -49,7 +52,7 @@ LANGUAGES = [
 
 with tempfile.TemporaryDirectory(prefix="obscura-scenario-") as folder:
     path = os.path.join(folder, "socket")
-    server = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", folder, "--with-input"],
+    server = Child([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", folder, "--with-input"],
                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     tcp, _ = [server.stdout.readline().split()[-1] for _ in range(2)]
     wanted = None

@@ -13,6 +13,9 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 obscura, obscurad = sys.argv[1:3]
 folder = pathlib.Path(tempfile.mkdtemp())
@@ -367,7 +370,7 @@ enabled = true
 directory = "streamed"
 format = "fits"
 """)
-    daemon = subprocess.Popen([obscurad, "--config", str(folder / "d.toml")], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    daemon = Child([obscurad, "--config", str(folder / "d.toml")], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               text=True)
     first = folder / "streamed/frame_000001.fits"
     end = time.monotonic() + 60

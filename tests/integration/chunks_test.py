@@ -19,6 +19,9 @@ import tempfile
 import time
 import tomllib
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
+
 obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 failures = []
 FRAMES = 3
@@ -105,7 +108,7 @@ truth_table = true
 width = 160
 height = 160
 """)
-    daemon = subprocess.Popen([obscurad, "--config", "obscurad.toml", "--ready-file", "ready"], cwd=folder,
+    daemon = Child([obscurad, "--config", "obscurad.toml", "--ready-file", "ready"], cwd=folder,
                               stderr=subprocess.DEVNULL)
     try:
         for _ in range(600):

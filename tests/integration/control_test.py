@@ -23,6 +23,7 @@ import time
 import tomllib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
 from client_checks import PATIENCE_S, check, check_refused, end, obscura, obscura_client, source, wait_for  # noqa: E402
 import obscura_client.aio  # noqa: E402
 from obscura_client import protocol  # noqa: E402
@@ -72,7 +73,7 @@ width = {WIDTH}
 height = {HEIGHT}
 {settings}""")
         self.log = open(self.folder / "log", "w+", encoding="utf-8")
-        self.process = subprocess.Popen([obscurad, "--config", self.folder / "obscurad.toml"], stdout=subprocess.PIPE, stderr=self.log)
+        self.process = Child([obscurad, "--config", self.folder / "obscurad.toml"], stdout=subprocess.PIPE, stderr=self.log)
         self.process.stdout.readline()  # ready
 
     def camera(self, address=None):
@@ -179,10 +180,12 @@ def settings_and_triggers(daemon):
 
         told, monitor = camera.state(), daemon.ask("status")[0]
         for one in (told, monitor):  # what goes on
-            for key in ("up_s", "resident_mib"):
+            for key in ("up_s", "resident_mib", "log_lines"):
                 del one["daemon"][key]
             one.pop("threads")
+            one.pop("heartbeats")
             one["cameras"][0].pop("recent")
+            one["cameras"][0].pop("pool")
             one["cameras"][0].pop("verdict")
             one["cameras"][0]["camera"].pop("ignored")
             one.pop("scenes", None)
@@ -467,6 +470,13 @@ pixel_pitch_um = 8
         check("a body is where the pinhole has it", math.dist(wanted, (body["x"], body["y"])) < 0.001, (wanted, body))
         check("the bounding sphere has its radius", abs(body["radius_px"] - f * 500 / math.hypot(*place)) < 0.01 * body["radius_px"], body)
         check("its range is that to the origin", abs(body["range_m"] - math.hypot(*place)) < 1e-6, body)
+        centre = [round(body[axis]) for axis in "xy"]
+        pixel = camera.probe(*centre, frame["frame"])
+        check("a pixel there shows it", pixel["body"] == body["name"] and abs(pixel["range_m"] - math.hypot(*place) + 500) < 10, pixel)
+        camera.pose("camera", 0.6, (0, 0, 20000), (1, 0, 0, 0))
+        later = camera.probe(*centre, frame["frame"])
+        check("wherever the camera goes after that frame", later["body"] == body["name"] and abs(later["range_m"] - pixel["range_m"]) < 10 and
+              later["dn"] == pixel["dn"], (pixel, later))
 
 
 # Registers of docs/reference/features.md: AcquisitionStart and -Stop, FaultPercent by FaultSelector.

@@ -7,20 +7,25 @@ Usage: live_test.py OBSCURAD OBSCURA-WEB SOURCE-DIRECTORY [MUTATED-MESSAGES (300
 Exit status 1 if a check failed.
 """
 import atexit
+import base64
 import http.client
 import json
 import os
 import pathlib
 import random
+import re
 import signal
 import socket
 import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
+from read_image import read_png  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 from websocket_client import BINARY, PING, TEXT, Closed, Refused, Viewer, WebSocket, frame  # noqa: E402
 
@@ -67,21 +72,26 @@ def outcome(action):
 
 class Web:
     def __init__(self, *arguments):
-        self.process = subprocess.Popen([web, "--listen", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
+        self.process = Child([web, "--listen", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
         processes.append(self.process)
         link = self.process.stdout.readline().strip()
         self.port, self.token = int(link.split("//")[1].split("/")[0].split(":")[1]), link.partition("token=")[2]
 
-    def ask(self, path, **headers):
+    def ask(self, path, raw=False, **headers):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
-        connection.request("GET", path, headers={"Authorization": f"Bearer {self.token}", **headers})
+        connection.request("GET", path, headers={"Authorization": f"Bearer {self.token}", **{k.replace("_", "-"): v for k, v in headers.items()}})
         answer = connection.getresponse()
-        answer.text = answer.read().decode()
+        answer.text = answer.read()
+        if not raw:
+            answer.text = answer.text.decode()
         connection.close()
         return answer
 
     def state(self):
         return json.loads(self.ask("/api/v1/state").text)
+
+    def metric(self, name):
+        return float(re.search(rf"^{re.escape(name)} (\S+)$", self.ask("/metrics").text, re.M).group(1))
 
     def viewer(self, **options):
         return Viewer(self.port, self.token, **options)
@@ -92,6 +102,14 @@ class Web:
     def end(self):
         self.process.terminate()
         return self.process.wait(PATIENCE_S)
+
+
+def size_of_jpeg(data):
+    """Width and height of a baseline JPEG."""
+    at = 2
+    while data[at + 1] != 0xC0:
+        at += 2 + struct.unpack_from(">H", data, at + 2)[0]
+    return struct.unpack_from(">HH", data, at + 5)[::-1]
 
 
 def file_of(folder, header):
@@ -128,6 +146,64 @@ def histogram(pixels, bits):
     return {"bins": bins, "saturated": pixels.count((1 << bits) - 1), "min": ordered[0], "max": ordered[-1], "p50": at(50), "p99": at(99)}
 
 
+def bytes_of(server, ident, name, **headers):
+    answer = server.ask(f"/api/v1/cameras/{ident}/frames/{name}", raw=True, **headers)
+    return answer.status, answer.text, answer.headers
+
+
+def kept_frames(server, viewer, ident, header):
+    """Files of the frame that a viewer has got, by its id, also long after."""
+    pixels = struct.pack(f"<{WIDTH * HEIGHT}H", *file_of(folder, header))
+    time.sleep(1)  # ten frames
+    status, raw, headers = bytes_of(server, ident, f"{header['id']}.raw")
+    check("the frame on a screen can be had by its id, and is that frame", status == 200 and raw == pixels and
+          headers["X-Obscura-Id"] == str(header["id"]) and headers["X-Obscura-Frame"] == str(header["frame"]), (status, headers))
+    status, png, headers = bytes_of(server, ident, f"{header['id']}.png")
+    check("as PNG", struct.pack(f"<{WIDTH * HEIGHT}H", *read_png(png)[0]) == pixels)
+    check("what is known already is not sent again", bytes_of(server, ident, f"{header['id']}.png", If_None_Match=headers["ETag"])[:2] == (304, b""))
+    known = json.loads(bytes_of(server, ident, f"{header['id']}.json")[1])
+    check("what is known of it is in its header", known["edge_tai_ns"] == str(header["edge_tai_ns"]) and known["trigger"] == str(header["trigger"]) and
+          (known["width"], known["height"], known["rows"], known["bits"]) == (WIDTH, HEIGHT, header["rows"], header["bits"]), known)
+    for name in f"{header['id'] + 100000}.raw", "0.png", f"{2**64 - 1}.fits":
+        status, text, _ = bytes_of(server, ident, name)
+        check(f"{name} is gone", status == 404 and json.loads(text)["type"] == "urn:obscura:gone", text)
+    for name in f"{2**64}.raw", "-1.raw", "1.5.raw", "1x.raw", ".raw", "1/.raw":
+        status, text, _ = bytes_of(server, ident, name)
+        check(f"{name} is no path", status == 404 and json.loads(text)["type"] == "urn:obscura:no-such-path", text)
+    check("of another camera it is none", bytes_of(server, "1-0", f"{header['id']}.raw")[0] == 404)
+    viewer.texts.clear()
+
+
+def slow_viewer(server, ident):
+    """A slow viewer gets the newest frame each time: none is older than what another one had seen when it asked."""
+    slow, fast = server.viewer(), server.viewer()
+    seen, stop = [0], threading.Event()
+
+    def watch():
+        fast.view(ident, max_hz=60)
+        while not stop.is_set():
+            seen[0] = fast.picture()[0]["id"]
+            fast.ready()
+
+    thread = threading.Thread(target=watch)
+    thread.start()
+    slow.view(ident, max_hz=60)
+    slow.picture()
+    wrong = []
+    for _ in range(8):
+        time.sleep(0.35)  # of a long way, or of drawing
+        before = seen[0]
+        slow.ready()
+        header = slow.picture()[0]
+        if not before or header["id"] < before:
+            wrong.append((header["id"], before))
+    stop.set()
+    thread.join()
+    slow.close()
+    fast.close()
+    check("a slow viewer's picture is no older than its own way", wrong == [], wrong)
+
+
 def copied(server):
     return server.state()["daemons"][0]["cameras"][0]["transports"]["watch"]["submitted"]
 
@@ -153,6 +229,11 @@ with tempfile.TemporaryDirectory(prefix="obscura-live-") as temporary:
     expected = histogram(pixels, header["bits"])
     check("the histogram is that of the file", told["frame"] == str(header["frame"]) and {k: told[k] for k in expected} == expected and
           abs(told["mean"] - sum(pixels) / len(pixels)) < 1e-9, told)
+    while header["made_tai_ns"] == 0:  # until the daemon has told its clock
+        viewer.ready()
+        header = viewer.picture()[0]
+    check("it was made after the frame's edge, and the header says when", 0 < header["made_tai_ns"] - header["edge_tai_ns"] < PATIENCE_S * 1e9, header)
+    kept_frames(server, viewer, ident, header)
     last = header["frame"]
     for fields in ({"x": 10, "y": 7, "w": 21, "h": 17, "bin": 4}, {"x": 3, "y": 5, "w": 40, "h": 30, "bin": 8, "reduce": "mean"},
                    {"bin": 2}, {"bin": 64, "reduce": "mean"}, {"x": 60, "y": 40, "w": 500, "h": 500}, {"x": 999, "y": 999, "w": 1, "h": 1}):
@@ -206,8 +287,12 @@ with tempfile.TemporaryDirectory(prefix="obscura-live-") as temporary:
     header = viewer.picture()[0]
     check("and copies them again for the next that is", copied(server) > before or wait_for(lambda: copied(server) > before))
 
-    # The rate that a viewer asks for.
+    slow_viewer(server, ident)
+
+    # The rate that a viewer asks for, here after a rest, in which it had no share of what all may get.
+    time.sleep(3.1)
     viewer.view(ident, max_hz=2)
+    time.sleep(0.1)
     viewer.ready()
     edges = []
     for _ in range(6):
@@ -249,6 +334,44 @@ with tempfile.TemporaryDirectory(prefix="obscura-live-") as temporary:
 
     for client in own, silent, hasty, wrong:
         client.close()
+
+    # JPEG, and pictures for players.
+    painter = server.viewer()
+    painter.view(ident, enc="jpeg", bin=2)
+    jpegs = []
+    while not jpegs:
+        opcode, message = painter.receive()
+        if opcode == BINARY:
+            jpegs.append(message)
+    at = struct.unpack_from("<H", jpegs[0], 6)[0]
+    check("a picture of enc jpeg is one, of the size of the view", jpegs[0][51] == 1 and jpegs[0][at:at + 2] == b"\xff\xd8" and
+          jpegs[0].endswith(b"\xff\xd9") and size_of_jpeg(jpegs[0][at:]) == (WIDTH // 2, HEIGHT // 2), jpegs[0][:80])
+    painter.close()
+    check("players are told of the scheme that they know", server.ask("/live.mjpg", Authorization="").headers["WWW-Authenticate"] == 'Basic realm="obscura"')
+
+    def basic(password):
+        return "Basic " + base64.b64encode(f"anybody:{password}".encode()).decode()
+
+    check("a wrong password is refused", server.ask("/live.mjpg", Authorization=basic("wrong")).status == 401)
+    check("and a password is for players only", server.ask("/api/v1/state", Authorization=basic(server.token)).status == 401)
+    for path, headers in ("/live.mjpg", {"Authorization": basic(server.token)}), (f"/api/v1/cameras/{ident}/live.mjpg", {}):
+        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE_S)
+        connection.request("GET", path, headers={"Authorization": f"Bearer {server.token}", **headers})
+        answer = connection.getresponse()
+        frames = []
+        for _ in range(3):
+            part = http.client.parse_headers(answer) if answer.readline() == b"--picture\r\n" else {}
+            jpeg = answer.read(int(part.get("Content-Length", 0)))
+            answer.readline()
+            frames.append((int(part.get("X-Obscura-Frame", 0)), part.get("Content-Type"), jpeg and size_of_jpeg(jpeg)))
+        check(f"{path} has pictures that go on", answer.headers["Content-Type"] == "multipart/x-mixed-replace; boundary=picture" and
+              all(f[1:] == ("image/jpeg", (WIDTH, HEIGHT)) for f in frames) and sorted({f[0] for f in frames}) == [f[0] for f in frames], frames)
+        check("and one more viewer is counted", wait_for(lambda: server.metric("obscura_web_viewers") == 2))
+        answer.close()
+        connection.close()
+        check("until the player goes", wait_for(lambda: server.metric("obscura_web_viewers") == 1))
+    check("pictures are counted", server.metric('obscura_web_frames_total{outcome="sent"}') > 10 and
+          server.metric('obscura_web_requests_total{route="live",code="101"}') > 3)
 
     # Several viewers.
     others = []

@@ -19,6 +19,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
 from simulator_client import Refused, Simulator  # noqa: E402
 
 obscurad = sys.argv[1]
@@ -106,7 +107,7 @@ width = {SIZE}
 height = {SIZE}
 """)
         self.log = open(self.folder / "log", "w+", encoding="utf-8")
-        self.process = subprocess.Popen([obscurad, "--config", self.folder / "obscurad.toml", "--stats", self.folder / "stats.json"],
+        self.process = Child([obscurad, "--config", self.folder / "obscurad.toml", "--stats", self.folder / "stats.json"],
                                         stdout=subprocess.PIPE, stderr=self.log)
         self.process.stdout.readline()  # ready
 

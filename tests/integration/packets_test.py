@@ -20,12 +20,61 @@ import time
 import xml.etree.ElementTree as ElementTree
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
 from client_checks import PATIENCE_S, check, end, obscura_client, source, wait_for  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, program = (os.path.abspath(argument) for argument in sys.argv[3:5])
 XTCE = "{http://www.omg.org/spec/XTCE/20180204}"
 EPOCH_1970_S = 4383 * 86400  # after 1958
+
+
+# What XTCE 1.2 allows where this description uses it: children in their order ("*": in any), and attributes.
+STRUCTURE = {
+    "SpaceSystem": ("TelemetryMetaData CommandMetaData", "name shortDescription"),
+    "TelemetryMetaData": ("ParameterTypeSet ParameterSet ContainerSet", ""),
+    "ParameterTypeSet": ("* IntegerParameterType EnumeratedParameterType FloatParameterType", ""),
+    "IntegerParameterType": ("UnitSet IntegerDataEncoding", "name signed sizeInBits"),
+    "EnumeratedParameterType": ("UnitSet IntegerDataEncoding EnumerationList", "name"),
+    "FloatParameterType": ("UnitSet FloatDataEncoding", "name sizeInBits"),
+    "UnitSet": ("Unit", ""), "Unit": ("", ""),
+    "IntegerDataEncoding": ("", "encoding sizeInBits"), "FloatDataEncoding": ("", "sizeInBits"),
+    "EnumerationList": ("Enumeration", ""), "Enumeration": ("", "label value"),
+    "ParameterSet": ("Parameter", ""), "Parameter": ("", "name parameterTypeRef shortDescription"),
+    "ContainerSet": ("SequenceContainer", ""), "SequenceContainer": ("EntryList BaseContainer", "abstract name shortDescription"),
+    "EntryList": ("* ParameterRefEntry ArgumentRefEntry FixedValueEntry", ""), "ParameterRefEntry": ("", "parameterRef"),
+    "ArgumentRefEntry": ("", "argumentRef"), "FixedValueEntry": ("", "binaryValue name sizeInBits"),
+    "BaseContainer": ("RestrictionCriteria", "containerRef"), "RestrictionCriteria": ("ComparisonList", ""), "ComparisonList": ("Comparison", ""),
+    "Comparison": ("", "parameterRef useCalibratedValue value"),
+    "CommandMetaData": ("ArgumentTypeSet MetaCommandSet", ""),
+    "ArgumentTypeSet": ("* IntegerArgumentType EnumeratedArgumentType FloatArgumentType", ""),
+    "IntegerArgumentType": ("UnitSet IntegerDataEncoding ValidRangeSet", "name signed sizeInBits"),
+    "EnumeratedArgumentType": ("UnitSet IntegerDataEncoding EnumerationList", "name"),
+    "FloatArgumentType": ("UnitSet FloatDataEncoding ValidRangeSet", "name sizeInBits"),
+    "ValidRangeSet": ("ValidRange", ""), "ValidRange": ("", "maxInclusive minInclusive"),
+    "MetaCommandSet": ("MetaCommand", ""), "MetaCommand": ("ArgumentList CommandContainer", "name shortDescription"),
+    "ArgumentList": ("Argument", ""), "Argument": ("", "argumentTypeRef initialValue name shortDescription"),
+    "CommandContainer": ("EntryList", "name"),
+}
+
+
+def misplaced(root):
+    """Elements of an XTCE file that stand where they may not, have what they may not, or refer to nothing."""
+    wrong = []
+    for element in root.iter():
+        name = element.tag.removeprefix(XTCE)
+        children, attributes = STRUCTURE[name]
+        order = children.split()
+        places = [order.index(child.tag.removeprefix(XTCE)) for child in element]
+        if not set(element.attrib) <= set(attributes.split()) or (order[:1] != ["*"] and places != sorted(places)):
+            wrong.append(name)
+    names = {kind: [one.get("name") for one in root.iter(XTCE + kind)] for kind in ("Parameter", "SequenceContainer", "MetaCommand")}
+    types = {kind: [one.get("name") for one in root.iter() if one.tag.endswith(kind)] for kind in ("ParameterType", "ArgumentType")}
+    wrong += [f"twice: {one}" for all_of in (*names.values(), *types.values()) for one in set(all_of) if all_of.count(one) > 1]
+    for attribute, there in (("parameterTypeRef", types["ParameterType"]), ("argumentTypeRef", types["ArgumentType"]), ("parameterRef", names["Parameter"]),
+                             ("containerRef", names["SequenceContainer"])):
+        wrong += [f"{attribute} {one.get(attribute)}" for one in root.iter() if one.get(attribute, there[0]) not in there]
+    return wrong
 
 
 def describe(what):
@@ -107,7 +156,7 @@ class Ground:
         self.receiver.bind(("127.0.0.1", 0))
         self.receiver.settimeout(PATIENCE_S)
         port = self.receiver.getsockname()[1]
-        self.process = subprocess.Popen([program, "--control", calls, "--scpi", "off", "--telemetry", f"127.0.0.1:{port}",
+        self.process = Child([program, "--control", calls, "--scpi", "off", "--telemetry", f"127.0.0.1:{port}",
                                          "--telecommands", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
         self.commands = ("127.0.0.1", int(self.process.stdout.readline().rpartition(":")[2]))
         self.description = Description(describe("xtce"))
@@ -149,6 +198,7 @@ def files():
     for what, file in (("packets", source / "docs/reference/packets.md"), ("xtce", source / "config/instrument/obscura.xml"),
                        ("cosmos-telemetry", cosmos / "tlm.txt"), ("cosmos-commands", cosmos / "cmd.txt")):
         check(f"{file.name} is that of the table (obscura-instrument --describe {what})", describe(what) == file.read_text())
+    check("XTCE has its elements where the schema wants them", not misplaced(ElementTree.fromstring(describe("xtce"))))
     # COSMOS and XTCE are written by different code: both name the same bits in the same order.
     description = Description(describe("xtce"))
     for text in describe("cosmos-telemetry").split("\nTELEMETRY ")[1:]:
@@ -238,6 +288,35 @@ def frames(ground, camera):
     check("each with the daemon's own time stamps", good == len(known), known[:2])
 
 
+def early(ground, camera):
+    """A report comes while the plain call, which waits for transports, does not have the frame yet."""
+    limit, sooner = time.monotonic() + PATIENCE_S, False
+    while not sooner and time.monotonic() < limit:
+        report = ground.next("FRAME")
+        told = camera.call("timing", camera=0, after=0, most=256)
+        place = {name: number for number, name in enumerate(told["columns"])}
+        listed = {(row[place["acquisition"]], row[place["frame_id"]]) for row in told["rows"]}
+        sooner = (report["ACQUISITION"], report["FRAME"]) not in listed
+    check("reports do not wait for transports", sooner)
+
+
+def saturation(ground, camera, folder):
+    """The saturated pixels of reports are those of the files of the same frames."""
+    camera.set(TestPattern="White")
+    counts = []
+    while len(counts) < 4:
+        report = ground.next("FRAME", lambda one: one["SATURATED"] not in ((0xFFFFFFFF, 0) if len(counts) < 2 else (0xFFFFFFFF,)))
+        if len(counts) == 1:
+            camera.set(TestPattern="Off")
+        run = f"run{report['ACQUISITION']}_" if report["ACQUISITION"] > 1 else ""
+        file = folder / "frames" / f"{run}frame_{report['FRAME']:06}.raw"
+        wait_for(file.exists)
+        pixels = struct.unpack(f"<{64 * 48}H", file.read_bytes())
+        counts.append((report["SATURATED"], sum(dn >= 4095 for dn in pixels)))
+    check("saturated pixels are counted", all(told == there for told, there in counts) and counts[0][0] > 1000, counts)
+    camera.set(TestPattern="Off")
+
+
 def wireshark(ground, folder):
     if not shutil.which("tshark"):
         print("skipped: tshark is not installed")
@@ -269,6 +348,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-packets-") as name:
     with obscura_client.connect_camera(calls, timeout_s=PATIENCE_S) as camera:
         housekeeping(ground, camera)
         telecommands(ground, camera)
+        early(ground, camera)
+        saturation(ground, camera, folder)
         frames(ground, camera)
     first = ground.of("FRAME")[0]
     check("a daemon that came later is reported from its first frame on", (first["ACQUISITION"], first["FRAME"]) == (1, 1), first)

@@ -17,6 +17,8 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import browser  # noqa: E402
 from page_double import BITS, BLACK_DN, CAMERA, GAIN_DN_PER_E, HEIGHT, WIDTH, PageDouble, reduced  # noqa: E402
+from page_view import canvas_greys, choose, go, place_of, rows_of  # noqa: E402
+from page_view import press_button as press  # noqa: E402
 
 page, output = pathlib.Path(sys.argv[1]) / "web/page", pathlib.Path(sys.argv[2])
 MOST_KB = 90
@@ -57,41 +59,8 @@ if browser.missing():
 output.mkdir(parents=True, exist_ok=True)
 
 
-def go(window, screen):
-    window.evaluate(f"location.hash = '{screen}'")
-    window.wait_for(f"document.querySelector('nav a[aria-current]')?.getAttribute('href') === '#{screen}'")
-
-
-def press_button(window, words, nth=0):
-    """Clicks the button with exactly that text."""
-    script = f"[...document.querySelectorAll('button')].filter((b) => b.textContent.trim() === {json.dumps(words)} && !b.disabled)[{nth}]"
-    found = window.wait_for(f"!!({script})", 20)
-    check(f"there is a button {words}", found)
-    if found:
-        window.evaluate(f"({script}).click()")
-
-
-def choose(window, selector, value):
-    window.evaluate(f"(() => {{ const e = document.querySelector({json.dumps(selector)}); e.value = {json.dumps(value)}; e.dispatchEvent(new Event('change', {{bubbles: true}})); }})()")
-
-
-def rows_of(window, label):
-    """Names and values of a table of facts."""
-    return dict(window.evaluate(f"[...document.querySelectorAll('table[aria-label={json.dumps(label)}] tr')].map((r) => [...r.children].map((c) => c.textContent.replaceAll('\\u202f', '')))"))
-
-
-def canvas_greys(window):
-    """Grey of what the canvas shows of the image: (width, height, bytes)."""
-    told = window.evaluate("""(() => { const c = document.querySelector('.stage canvas'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
-      let x0 = c.width, y0 = c.height, x1 = -1, y1 = -1;
-      for (let y = 0; y < c.height; ++y) for (let x = 0; x < c.width; ++x) if (d[4 * (y * c.width + x) + 3]) { x0 = Math.min(x0, x); x1 = Math.max(x1, x); y0 = Math.min(y0, y); y1 = Math.max(y1, y); }
-      let text = ""; for (let y = y0; y <= y1; ++y) for (let x = x0; x <= x1; ++x) text += String.fromCharCode(d[4 * (y * c.width + x)]);
-      return [x1 - x0 + 1, y1 - y0 + 1, btoa(text)]; })()""")
-    return told[0], told[1], base64.b64decode(told[2])
-
-
-def place_of(window):
-    return window.evaluate("(() => { const b = document.querySelector('.stage canvas').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()")
+def press_button(window, words):
+    check(f"there is a button {words}", press(window, words))
 
 
 def probe_at(window, x, y):
@@ -150,14 +119,28 @@ def live_screen(window, double):
     check("the bodies are listed", window.evaluate("[...document.querySelectorAll('details.panel')].some((d) => /^Bodies in frame.*asteroid/.test(d.textContent))"))
     press_button(window, "fit")
     time.sleep(0.3)
-    circle = window.evaluate("(() => { const c = document.querySelector('.overlay circle'); return ['cx', 'cy', 'r'].map((n) => Number(c.getAttribute(n))); })()")
+    # Lower left ends of what has the colour of bodies: the name stands at the upper right.
+    ends = """(() => { const c = document.querySelector('canvas.overlay'), d = c?.getContext('2d').getImageData(0, 0, c.width, c.height).data; let x = Infinity, y = 0;
+      for (let k = 0; c && k < d.length / 4; ++k) if (d[4 * k] > 240 && d[4 * k + 2] < 110 && d[4 * k + 3] > 200) x = Math.min(x, k % c.width), y = Math.max(y, k / c.width | 0); return c && y ? [x, y] : null; })()"""
+    found = window.wait_for(ends, 20)
     scale = min(width / WIDTH, height / HEIGHT)
     body = double.truth()["bodies"][0]
-    wanted = [(body["x"] + 0.5 - WIDTH / 2) * scale + width / 2, (body["y"] + 0.5 - HEIGHT / 2) * scale + height / 2, body["radius_px"] * scale]
-    check("the limb is where the truth says", all(abs(a - b) < 1.5 for a, b in zip(circle, wanted)), (circle, wanted))
+    wanted = [(body["x"] + 0.5 - body["radius_px"] - WIDTH / 2) * scale + width / 2, (body["y"] + 0.5 + body["radius_px"] - HEIGHT / 2) * scale + height / 2]
+    check("the limb is where the truth says", found and all(abs(a - b) < 2 for a, b in zip(found, wanted)), (found, wanted))
 
-    # A window too small for single pixels: blocks, by their largest or mean.
+    # A window too small for single pixels: blocks, by their largest or mean. Nothing asks for numbers before the pointer does.
+    double.jpeg = base64.b64decode(window.evaluate("""(() => { const c = Object.assign(document.createElement('canvas'), {width: 320, height: 256}), x = c.getContext('2d');
+      x.fillStyle = '#5a5a5a'; x.fillRect(0, 0, 320, 256); return c.toDataURL('image/jpeg').split(',')[1]; })()"""))
+    window.open("about:blank")
     window.resize(700, 400)
+    window.open(double.link)
+    check("where the server sends JPEG it is shown, and said to be one", window.wait_for("document.querySelector('.stage-side')?.textContent.includes('A JPEG')", 20)
+          and set(canvas_greys(window)[2]) <= set(range(0x56, 0x5f)), set(canvas_greys(window)[2]))
+    check("of which no number is shown", window.text("#probe-dn") == "–")
+    left, top, width, height = place_of(window)
+    window.mouse("Moved", left + width / 2, top + height / 2)
+    check("the pointer asks for numbers", window.wait_for("document.querySelector('#probe-dn').textContent !== '–' && !document.querySelector('.stage-side').textContent.includes('A JPEG')", 20))
+    double.jpeg = None
     window.wait_for("document.querySelector('table[aria-label=Frame]').textContent.includes('of 2 x 2')", 20)
     double.beat()
     for reduce, words in ("max", "largest"), ("mean", "mean"):
@@ -206,15 +189,92 @@ def region(window, double):
     check("the whole sensor returns", window.wait_for("document.querySelector('table[aria-label=Frame]').textContent.includes('640 x 512')", 60))
 
 
-def saving(window, double):
-    folder = pathlib.Path(window.downloads.name)
-    press_button(window, "newest, FITS")
-    window.wait_for("document.querySelector('.side').textContent.includes('Saved frame')", 60)
-    limit = time.monotonic() + 60
-    while time.monotonic() < limit and not list(folder.glob("frame_*.fits")):
+def holding(window, double):
+    """The frame on the screen, held while others come: all of it, its truth, its file, and the frames after it compared with it."""
+    double.runs = False
+    first, changed = double.pixels, double.pixels[:]
+    for k in range(1000):
+        changed[k * 211 % len(changed)] = first[k * 211 % len(changed)] + 1 + k % 9
+    double.beat()
+    frame = window.wait_for(f"document.querySelector('table[aria-label=Frame] td').textContent === '{double.frame}' && '{double.frame}'", 20)
+    check("the age of the picture is that of the server's stamps", window.wait_for("/^[0-9.]+ m?s$/.test(document.querySelector('#age').textContent)", 20), window.text("#age"))
+    press_button(window, "hold")
+    window.wait_for("document.querySelector('.badge')?.textContent.startsWith('held')", 20)
+    double.pixels = changed
+    double.cache.clear()
+    double.runs = True
+    end = time.monotonic() + 20
+    while double.truth_of != frame and time.monotonic() < end:
         time.sleep(0.1)
-    files = list(folder.glob("frame_*.fits"))
-    check("the newest frame is saved as the server gave it", len(files) == 1 and files[0].read_bytes() == double.pixels.tobytes(), list(folder.iterdir()))
+    time.sleep(1)
+    check("so are its overlays", double.truth_of == frame and "overlays: frame" not in window.text(".stage-badges"), (double.truth_of, frame, window.text(".stage-badges")))
+    press_button(window, "1:1")
+    window.wait_for("document.querySelector('.scale').textContent === '100 %' && document.querySelector('table[aria-label=Frame]').textContent.includes('single pixels')", 20)
+    choose(window, ".panel select", "linear")
+    time.sleep(0.3)
+    check("a frame that is held stays, and all of it is there", canvas_greys(window) == (WIDTH, HEIGHT, levels("linear", first)) and rows_of(window, "Frame")["frame"] == frame, rows_of(window, "Frame"))
+    left, top, width, height = place_of(window)
+    x, y = left + (width - WIDTH) // 2 + 372.5, top + (height - HEIGHT) // 2 + 250.5
+    window.click(x, y)
+    check("a click asks what the scene says of the pixel", window.wait_for("document.querySelector('table[aria-label=\"Truth of the pixel\"]')", 20) and double.probed == {"x": "372", "y": "250", "frame": frame}, double.probed)
+    told = rows_of(window, "Truth of the pixel")
+    wanted = {"pixel, frame": f"372, 250; {frame}", "DN": str(first[250 * WIDTH + 372]), "electrons, exact": "1234.5", "irradiance": "0.000004 W/m²", "· red": "0.0000025 W/m²", "· 450 nm": "0.0000015 W/m²",
+              "body": "asteroid", "range": "39481.25 m", "latitude, longitude": "-12.25°, 101.5°", "incidence": "33.5°", "emission": "8.25°", "phase": "41°", "samples": "64"}
+    check("and shows all of the answer", wanted.items() <= told.items(), {k: (v, told.get(k)) for k, v in wanted.items() if told.get(k) != v})
+    folder = pathlib.Path(window.downloads.name)
+    press_button(window, "FITS")
+    window.wait_for(f"document.querySelector('.side').textContent.includes('Saved frame {frame}')", 60)
+    limit, file = time.monotonic() + 60, folder / f"frame_{int(frame):06}.fits"
+    while time.monotonic() < limit and not file.exists():
+        time.sleep(0.1)
+    check("the frame on the screen is saved, not the newest", file.exists() and file.read_bytes() == first.tobytes(), list(folder.iterdir()))
+
+    press_button(window, "keep this frame to compare with")
+    window.wait_for("document.querySelector('select[name=compare]')", 20)
+    window.evaluate("document.querySelector('.stage canvas').focus()")
+    window.press(" ")
+    window.wait_for(f"Number(document.querySelector('table[aria-label=Frame] td').textContent) > {frame}", 20)
+    double.runs = False
+    choose(window, "select[name=compare]", "difference")
+    window.wait_for("document.querySelector('table[aria-label=Difference]')", 20)
+    told = rows_of(window, "Difference")
+    by = [b - a for a, b in zip(first, changed)]
+    most = max(by)
+    check("the difference of two frames is that of their numbers", told["differing pixels"] == str(sum(d != 0 for d in by)) and told["least, most"] == f"{min(by)}, {most} DN", told)
+    check("the canvas shows it about middle grey", canvas_greys(window)[2] == bytes(math.floor(128 + 127 / most * d + 0.5) for d in by))
+    choose(window, "select[name=compare]", "blink")
+    window.wait_for("!document.querySelector('table[aria-label=Difference]')", 20)
+    seen = set()
+    for _ in range(60):
+        seen.add(canvas_greys(window)[2])
+        time.sleep(0.05)
+        if len(seen) == 2:
+            break
+    check("they are shown by turns", seen == {levels("linear", first), levels("linear", changed)}, len(seen))
+    press_button(window, "forget")
+    double.pixels = first
+    double.cache.clear()
+    double.runs = True
+    choose(window, ".panel select", "auto")
+
+
+def overlays(window):
+    inked = """(() => { const c = document.querySelector('canvas.overlay'); if (!c) return 0; const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+      let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; })()"""
+    window.wait_for(inked, 20)
+    with_stars = window.evaluate(inked)
+    window.evaluate("document.querySelector('input[name=layer-stars]').click()")
+    check("each overlay can be switched off", window.wait_for(f"{inked} < {with_stars}", 20))
+    window.open("about:blank")
+    window.open(double.link)
+    window.wait_for(inked, 60)
+    check("which is remembered", window.evaluate("[...document.querySelectorAll('.layers input')].map((e) => e.checked)") == [True, True, True, False, False, False])
+    window.evaluate("document.querySelector('input[name=layer-stars]').click()")
+    window.evaluate("document.querySelector('.stage canvas').focus()")
+    window.press("b")
+    check("a key takes all away", window.wait_for("!document.querySelector('canvas.overlay')", 20))
+    window.press("b")
+    check("and brings them back", window.wait_for(inked, 20))
 
 
 def other_screens(window, double):
@@ -225,10 +285,16 @@ def other_screens(window, double):
     worst = max(double.timing, key=lambda row: row[14])
     first = window.evaluate("[...document.querySelector('section[aria-labelledby=t-worst] tbody tr').children].map((c) => c.textContent)")
     check("timing: the worst frame stands first, with what was wrong", first[0] in [str(r[0]) for r in double.timing if r[14] == worst[14]] and "late rows" in first[-1], first)
+    at = dict(zip(double.TIMING_COLUMNS, next(r for r in double.timing if str(r[0]) == first[0])))
+    stages = {"rendering": at["render_end_ns"] - at["render_begin_ns"], "the release": at["last_ns"] - at["last_due_ns"]}  # the others take less than a ms, or four
+    longest = max(stages, key=stages.get)
+    check("timing: and the stage that made it late, by name", first[1] == "9 ms" and first[-2].startswith(f"{longest}, ") and abs(float(first[-2].split()[-2]) - stages[longest] / 1e6) < 0.006 * stages[longest] / 1e6, (first, stages))
+    told = rows_of(window, "Clock")
+    check("timing: state of the clock, and PTP", told == {"state": "locked", "source": "pps", "trigger ready": "yes", "PTP": "locked", "PTP offset": "-0.35 us", "PTP path delay": "1.24 us"}, told)
     check("timing: histograms describe themselves", window.evaluate("[...document.querySelectorAll('.histogram svg')].every((s) => /median/.test(s.getAttribute('aria-label')))"))
     go(window, "camera")
     window.wait_for("document.querySelector('#f-Gain')", 60)
-    shown = window.evaluate("Object.fromEntries([...document.querySelectorAll('.features tbody tr')].map((r) => [r.children[0].textContent, [r.querySelector('input,select').type === 'checkbox'"
+    shown = window.evaluate("Object.fromEntries([...document.querySelectorAll('.features tbody tr')].filter((r) => r.querySelector('input,select') && !r.dataset.feature.includes('[') && r.checkVisibility()).map((r) => [r.children[0].textContent, [r.querySelector('input,select').type === 'checkbox'"
                             " ? r.querySelector('input').checked : r.querySelector('input,select').value, r.querySelector('input,select').disabled, r.children[2].textContent]]))")
     wanted = {n: [r["value"] if isinstance(r["value"], bool) else f"{r['value']:g}" if isinstance(r["value"], float) else str(r["value"]), r["locked"], r.get("unit", "")] for n, r in double.features.items()}
     check("camera: every feature with value, unit and lock", shown == wanted, {n: (shown.get(n), wanted[n]) for n in wanted if shown.get(n) != wanted[n]})
@@ -239,6 +305,31 @@ def other_screens(window, double):
     window.press("Enter")
     check("camera: a typed value is set by Enter, and the answer is shown", window.wait_for("document.querySelector('form .said').textContent.includes('Gain = 6.5')", 60))
     check("camera: only what was edited is sent", double.asked == [("PATCH", f"/api/v1/cameras/{CAMERA}/features", {"Gain": 6.5})], double.asked)
+    check("camera: what the sensor makes of the settings", rows_of(window, "Readout").get("highest frame rate") == "10.204 Hz" and "(asked 16 ms)" in rows_of(window, "Readout")["window 0: 640 x 512 at 0, 0"],
+          rows_of(window, "Readout"))
+    listed = "[...document.querySelectorAll('.features tbody tr')].map((r) => r.dataset.feature)"
+    names = window.evaluate(listed)
+    check("camera: a beginner sees no items of selectors", "DeviceUserID" in names and "DeviceReset" not in names and not any("[" in name for name in names), names)
+    choose(window, "#level", "Expert")
+    window.wait_for("document.querySelector('[data-feature=\"CounterValue[Counter0]\"]')", 60)
+    names = window.evaluate(listed)
+    check("camera: features of the GigE Vision side beside those, none twice", "TriggerMode[AcquisitionStart]" in names and "CounterValue[Counter0]" in names and "TriggerMode[FrameStart]" not in names
+          and len(set(names)) == len(names), names)
+    choose(window, "#level", "Beginner")
+    choose(window, "#user-set", "UserSet1")
+    double.asked.clear()
+    press_button(window, "save ...")
+    press_button(window, "yes, save")
+    check("camera: a user set is saved after a question", window.wait_for("document.querySelector('section[aria-labelledby=c-sets] .said').textContent.includes('Saved as UserSet1')", 60) and
+          [b for _, _, b in double.asked] == [{"UserSetSelector": "UserSet1"}, {"UserSetSave": True}], double.asked)
+    window.evaluate("(() => { const e = document.querySelector('input[type=search]'); e.value = 'userid'; e.dispatchEvent(new Event('input', {bubbles: true})); })()")
+    window.wait_for("document.getElementById('f-DeviceUserID')?.checkVisibility()", 20)
+    window.click_on("#f-DeviceUserID")
+    window.evaluate("document.querySelector('#f-DeviceUserID').select()")
+    window.write("a name that is far too long")
+    window.press("Enter")
+    check("camera: a refusal stands beside its feature", window.wait_for("document.querySelector('[data-feature=DeviceUserID] .refused')?.textContent.includes('up to 16')", 60))
+    press_button(window, "forget")
     press_button(window, "software trigger")
     check("camera: a refusal is shown in the daemon's words", window.wait_for("document.querySelector('.said.bad')?.textContent.includes('not On and Software')", 60))
     press_button(window, "stop")
@@ -250,22 +341,101 @@ def other_screens(window, double):
     choose(window, "form select", "moon")
     press_button(window, "show")
     check("scene: another one is shown", window.wait_for("document.querySelector('table[aria-label=Scene]').textContent.includes('moon')", 60) and double.shown == "moon")
+    phase = math.degrees(math.acos((1e11 - 0) / math.hypot(1.1e11, 1e11)))
+    window.wait_for("document.querySelector('section[aria-labelledby=s-bodies] tbody tr')", 60)
+    cells = window.evaluate("[...document.querySelectorAll('section[aria-labelledby=s-bodies] tbody tr')].map((r) => [...r.children].map((c) => c.textContent.replaceAll('\\u202f', '')))")
+    check("scene: bodies as a tree, with size and phase angle", cells[0][0] == "asteroid" and cells[0][2] == "237" and abs(float(cells[0][6]) - phase) < 0.01 and cells[1][0].startswith("└ lander on asteroid"), cells)
+    check("scene: where the camera's pose comes from, and its age", rows_of(window, "Scene")["camera's pose"] == "simulator, 118 poses, newest of 23.5 s, 0.04 s old", rows_of(window, "Scene"))
+    body = window.evaluate("(() => { const c = document.querySelector('.map .body'); return [...['cx', 'cy', 'r'].map((n) => Number(c.getAttribute(n)))]; })()")
+    # 39500.2 m ahead, 118.5 px of 0.01 degrees in radius; the view has 460 px, of which 26 + 40 are edges.
+    radius = 39500.2 * math.sin(math.radians(1.185))
+    scale = (460 - 26 - 40) / (39500.2 + radius)
+    check("scene: the map is to scale", all(abs(a - b) < 0.2 for a, b in zip(body, [26 + 39500.2 * scale, 115, radius * scale])), (body, scale))
+    window.evaluate("document.querySelector('section[aria-labelledby=s-time] summary').click()")
+    double.asked.clear()
+    press_button(window, "send")
+    check("scene: a pose is sent", window.wait_for("document.querySelector('section[aria-labelledby=s-time]').textContent.includes('Taken: camera')", 60) and
+          double.asked == [("POST", f"/api/v1/cameras/{CAMERA}/pose", {"name": "camera", "time_s": 0, "position_m": [0, 0, 0], "orientation": [1, 0, 0, 0]})], double.asked)
+    double.lockstep = True
+    window.wait_for("document.querySelector('#step-by')", 60)
+    press_button(window, "step")
+    check("scene: in lockstep a step makes a frame", window.wait_for("document.querySelector('section[aria-labelledby=s-time]').textContent.includes('of 0.1 s: complete')", 60) and
+          double.asked[-1][2] == {"time_s": 0.1}, double.asked)
+    double.lockstep = False
     go(window, "faults")
     press_button(window, "every 10th frame skipped")
     check("faults: a template arms a rule", window.wait_for("document.querySelector('.bad-item')?.textContent.includes('1 ARMED')", 60) and double.rules == [{"kind": "skip_frame", "every": 10}], double.rules)
-    check("faults: the table says how often it has struck", window.wait_for("document.querySelector('.grid tbody tr')?.textContent.includes('skip frameevery 10an operator7')", 60))
+    check("faults: the table says how often it has struck", window.wait_for("document.querySelector('.grid tbody tr')?.textContent.includes('skip frameevery 10all framesof the daemonan operator7')", 60))
     press_button(window, "disarm all")
     check("faults: all are disarmed", window.wait_for("document.querySelector('.items').textContent.includes('faultsnone')", 60) and double.rules == [])
+    window.evaluate("document.querySelectorAll('input[name=holds]')[1].click()")
+    window.evaluate("(() => { const e = document.querySelector('#fault-frames'); e.value = 20; e.dispatchEvent(new Event('input', {bubbles: true})); })()")
+    double.runs = False
+    time.sleep(2.5)  # until the newest frame is asked for once more
+    frame = double.frame
+    press_button(window, "picture frozen")
+    check("faults: a rule for the next 20 frames", window.wait_for("document.querySelector('.grid tbody tr')?.textContent.includes('freeze frame')", 60) and
+          double.rules == [{"kind": "freeze_frame", "first": frame + 1, "last": frame + 20}], (double.rules, frame))
+    for _ in range(25):
+        double.beat()
+    check("faults: once its frames have passed it is over, and no longer armed", window.wait_for("document.querySelector('.grid tbody tr').textContent.includes('over') && document.querySelector('.items').textContent.includes('faultsnone')", 60))
+    double.runs = True
+    window.evaluate("(() => { const e = [...document.querySelectorAll('.form label')].find((l) => l.textContent.startsWith('share')).querySelector('input'); e.value = 300; e.dispatchEvent(new Event('input', {bubbles: true})); })()")
+    press_button(window, "arm")
+    check("faults: a refused number is marked, with the daemon's words", window.wait_for("document.querySelector('.refused-field')?.textContent.startsWith('share') && document.querySelector('p.refused')?.textContent.includes('0 to 100')", 60))
+    press_button(window, "disarm all")
+    window.wait_for("!document.querySelector('section[aria-labelledby=x-rules] tbody')", 60)
     go(window, "transports")
     window.wait_for("document.querySelector('table[aria-label=\"GigE Vision\"]')")
     told = rows_of(window, "GigE Vision")
     check("transports: counters are the daemon's", told.get("resend requests") == "4", told)
+    check("transports: where the stream goes", rows_of(window, "Channels").get("stream to") == "192.168.1.20:41000", rows_of(window, "Channels"))
+    check("transports: why there is no node", "No such file" in window.text("section[aria-labelledby=p-v4l2] .trouble"))
+    check("transports: room on the disk", rows_of(window, "Files, place").get("free on its disk") == "212 GiB", rows_of(window, "Files, place"))
+    check("transports: an operator takes control from nobody", not window.evaluate("[...document.querySelectorAll('button')].some((b) => b.textContent.includes('disconnect'))"))
     go(window, "system")
     window.wait_for("document.querySelectorAll('#log tbody tr').length === 5", 60)
     check("system: the log, newest first, markup as text", window.evaluate("document.querySelector('#log tbody tr:last-child').textContent").endswith("/etc/obscura/<moon> &amp.toml"))
     check("system: keys with where they come from, without defaults", window.wait_for("document.querySelector('section[aria-labelledby=y-configuration] tbody')?.textContent.includes('trigger.rate_hz5Hz--set')", 60)
           and not window.evaluate("document.querySelector('section[aria-labelledby=y-configuration]').textContent.includes('late_policy')"))
+    window.evaluate("document.querySelector('#log tbody tr:last-child button').click()")
+    check("system: a line of the log has its meaning from the catalogue", window.wait_for("document.querySelector('.meaning')?.textContent.includes('Version and configuration')", 60))
+    choose(window, "#log-level", "debug")
+    check("system: the log level is set", window.wait_for("document.querySelector('#y-log').parentNode.textContent.includes('writes debug and')", 60) and double.log_level == "debug")
+    threads = window.evaluate("[...document.querySelectorAll('section[aria-labelledby=y-threads] tbody tr')].map((r) => [...r.children].map((c) => c.textContent))")
+    check("system: threads with their cores", threads[1][:6] == ["release", "fifo", "75", "0", "3", "3"], threads)
+    check("system: what differs from the default is bold", window.evaluate("[...document.querySelectorAll('section[aria-labelledby=y-configuration] strong')].map((e) => e.textContent)") == ["pps"])
+    check("system: an operator has no support bundle and no reload", not window.evaluate("[...document.querySelectorAll('button')].some((b) => /bundle|reload/.test(b.textContent))"))
     check("system: what was changed is listed", window.wait_for("document.querySelector('section[aria-labelledby=y-audit] tbody')?.textContent.includes('skip_frame')", 60))
+
+
+def as_admin(window, double):
+    """What only an admin may: take control away, reload, fetch the support bundle."""
+    double.role, double.controller = "admin", "192.168.1.20:50211"
+    window.open("about:blank")
+    window.open(double.link)
+    go(window, "transports")
+    double.asked.clear()
+    press_button(window, "disconnect ...")
+    check("a question comes first", double.asked == [] and window.wait_for("document.querySelector('.confirm')?.textContent.includes('192.168.1.20:50211')", 20))
+    press_button(window, "yes, disconnect")
+    check("then control is taken away", window.wait_for("document.querySelector('.items').textContent.includes('controlled bynobody')", 60) and [p.rsplit("/", 1)[1] for _, p, _ in double.asked] == ["release"], double.asked)
+    go(window, "system")
+    press_button(window, "reload the file ...")
+    press_button(window, "no")
+    press_button(window, "reload the file ...")
+    press_button(window, "yes, reload the file")
+    check("the file is reloaded, once", window.wait_for("document.querySelector('section[aria-labelledby=y-configuration]').textContent.includes('is in use')", 60) and [p.rsplit("/", 1)[1] for _, p, _ in double.asked] == ["release", "reload"], double.asked)
+    press_button(window, "download support bundle")
+    folder = pathlib.Path(window.downloads.name)
+    window.wait_for("document.querySelector('section[aria-labelledby=y-daemon]').textContent.includes('Saved obscura-support-test')", 60)
+    limit = time.monotonic() + 60
+    while time.monotonic() < limit and [f.read_bytes() for f in folder.glob("*.zst")] != [b"bundle"]:
+        time.sleep(0.1)
+    check("the support bundle is saved as the server gave it", [f.read_bytes() for f in folder.glob("*.zst")] == [b"bundle"], list(folder.iterdir()))
+    double.role = "operator"
+    window.open("about:blank")
+    window.open(double.link)
 
 
 def by_keyboard(window):
@@ -275,7 +445,7 @@ def by_keyboard(window):
         window.press(str(number + 1))
         check(f"key {number + 1}: {screen}", window.wait_for(f"location.hash === '#{screen}'", 20))
         time.sleep(1)
-        window.evaluate("window.all = [...document.querySelectorAll('a[href], button, select, input, summary, [tabindex]')].filter((e) => !e.disabled && e.getClientRects().length); window.reached = new Set(); document.activeElement.blur()")
+        window.evaluate("window.all = [...document.querySelectorAll('a[href], button, select, input, summary, [tabindex]')].filter((e) => !e.disabled && e.checkVisibility() && (e.type !== 'radio' || e.checked)); window.reached = new Set(); document.activeElement.blur()")
         for _ in range(window.evaluate("all.length") + 3):
             window.press("Tab")
             window.evaluate("reached.add(document.activeElement)")
@@ -349,13 +519,15 @@ with browser.Browser() as window:
     window.open(double.link)
     live_screen(window, double)
     region(window, double)
-    saving(window, double)
+    holding(window, double)
+    overlays(window)
     other_screens(window, double)
+    as_admin(window, double)
     by_keyboard(window)
     # That this test looks at the canvas is no fault of the page.
     window.complaints = [c for c in window.complaints if "willReadFrequently" not in c]
-    expected = [c for c in window.complaints if "status of 409" in c]
-    check("the browser complains of nothing but the refusal that was asked for", window.complaints == expected and len(expected) == 1, window.complaints)
+    expected = [c for c in window.complaints if "status of 409" in c or "status of 422" in c]
+    check("the browser complains of nothing but the refusals that were asked for", window.complaints == expected and len(expected) == 3, window.complaints)
     window.complaints.clear()
     refusals(window, double)
     check("after refusals too", all("Failed to load resource" in c for c in window.complaints), window.complaints)

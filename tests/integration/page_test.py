@@ -6,7 +6,6 @@ Usage: page_test.py OBSCURAD OBSCURA OBSCURA-WEB SOURCE-DIRECTORY OUTPUT-FOLDER 
 Leaves pictures of the page in the folder, to be looked at; all screens are in those of page_screens_test.py. With --picture it only makes
 the one of the manual, of the demonstration's scene. Exit status 77 without Chromium (Debian package chromium), 1 if a check failed.
 """
-import base64
 import json
 import pathlib
 import re
@@ -15,16 +14,15 @@ import subprocess
 import sys
 import tempfile
 import time
-import urllib.request
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import browser  # noqa: E402
-import read_image  # noqa: E402
+from children import Child  # noqa: E402
+from page_view import PATIENCE_S, Api, go, place_of, rows_of  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, obscura, web, source, output = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(sys.argv[4]), pathlib.Path(sys.argv[5])
 shown = pathlib.Path(sys.argv[7]) if sys.argv[6:7] == ["--picture"] else None
-PATIENCE_S = 120
 failures = []
 if browser.missing():
     print(f"skipped: {browser.missing()}")
@@ -37,44 +35,8 @@ def check(what, good, detail=""):
         failures.append(what)
 
 
-def go(window, screen):
-    window.evaluate(f"location.hash = '{screen}'")
-    window.wait_for(f"document.querySelector('nav a[aria-current]')?.getAttribute('href') === '#{screen}'")
-
-
-def rows_of(window, label):
-    """Names and values of a table of facts."""
-    return dict(window.evaluate(f"[...document.querySelectorAll('table[aria-label={json.dumps(label)}] tr')].map((r) => [...r.children].map((c) => c.textContent.replaceAll('\\u202f', '')))"))
-
-
-class Api:
-    """The paths of obscura-web, with the token of its link."""
-
-    def __init__(self, link):
-        self.root, self.token = link.split("#")[0] + "api/v1/", link.partition("token=")[2]
-
-    def ask(self, path, method="GET", body=None):
-        headers = {"Authorization": f"Bearer {self.token}", "Content-Type": "application/json"}
-        request = urllib.request.Request(self.root + path, method=method, headers=headers, data=None if body is None else json.dumps(body).encode())
-        with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
-            return answer.read()
-
-    def json(self, *arguments):
-        return json.loads(self.ask(*arguments))
-
-
-def canvas_greys(window):
-    """What the canvas shows of the image: (width, height, grey of each pixel)."""
-    told = window.evaluate("""(() => { const c = document.querySelector('.stage canvas'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
-      let x0 = c.width, y0 = c.height, x1 = -1, y1 = -1;
-      for (let y = 0; y < c.height; ++y) for (let x = 0; x < c.width; ++x) if (d[4 * (y * c.width + x) + 3]) { x0 = Math.min(x0, x); x1 = Math.max(x1, x); y0 = Math.min(y0, y); y1 = Math.max(y1, y); }
-      let text = ""; for (let y = y0; y <= y1; ++y) for (let x = x0; x <= x1; ++x) text += String.fromCharCode(d[4 * (y * c.width + x)]);
-      return [x1 - x0 + 1, y1 - y0 + 1, btoa(text)]; })()""")
-    return told[0], told[1], base64.b64decode(told[2])
-
-
 def live_screen(window, api):
-    """One frame by software trigger: the same numbers in canvas, probe, histogram and in the files of the server."""
+    """One frame by software trigger: its numbers in the probe, as electrons and in the histogram."""
     camera = api.json("state")["daemons"][0]["cameras"][0]["id"]
     go(window, "live")
     check("live pictures come", window.wait_for("document.querySelector('table[aria-label=Frame]')"), window.text(".stage-note"))
@@ -85,27 +47,13 @@ def live_screen(window, api):
     window.evaluate("[...document.querySelectorAll('.toolbar button')].find((b) => b.textContent === '1:1').click()")
     window.wait_for("document.querySelector('.scale').textContent === '100 %' && document.querySelector('table[aria-label=Frame]').textContent.includes('single pixels')")
     known = api.json(f"cameras/{camera}/frames/latest.json")
-    files = {kind: api.ask(f"cameras/{camera}/frames/latest.{kind}") for kind in ("raw", "png", "fits")}
-    pixels = memoryview(files["raw"]).cast("H").tolist()
-    width, height = known["width"], known["height"]
-    check("all files have the frame's numbers", known["frame"] == frame and len(pixels) == width * height and list(read_image.read_png(files["png"])[0]) == pixels
-          and list(read_image.read_fits(files["fits"])[0]) == pixels, known)
-    window.evaluate("(() => { const e = document.querySelector('.panel select'); e.value = 'linear'; e.dispatchEvent(new Event('change', {bubbles: true})); })()")
-    time.sleep(0.5)
-    full = 2 ** known["bits"] - 1
-    wanted = bytes(int(255 * dn / full + 0.5) for dn in pixels)
-    shown = canvas_greys(window)
-    check("the canvas has the frame's numbers", shown == (width, height, wanted), shown[:2])
-    left, top, wide, high = window.evaluate("(() => { const b = document.querySelector('.stage canvas').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()")
-    wrong = []
-    for k in range(100):
-        x, y = (29 * k + 3) % width, (17 * k + 5) % height
-        window.mouse("Moved", left + (wide - width) // 2 + x + 0.5, top + (high - height) // 2 + y + 0.5)
-        window.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-        told = rows_of(window, "Probe")
-        if (told["x, y"], told["DN"]) != (f"{x}, {y}", str(pixels[y * width + x])):
-            wrong.append((x, y, pixels[y * width + x], told))
-    check("the probe shows the numbers of 100 pixels", wrong == [], wrong)
+    pixels = memoryview(api.ask(f"cameras/{camera}/frames/{known['id']}.raw")).cast("H").tolist()
+    width, height, full = known["width"], known["height"], 2 ** known["bits"] - 1
+    left, top, wide, high = place_of(window)
+    x, y = width // 2, height // 2
+    window.mouse("Moved", left + (wide - width) // 2 + x + 0.5, top + (high - height) // 2 + y + 0.5)
+    found = window.wait_for("document.querySelector('#probe-dn').textContent !== '–'") and rows_of(window, "Probe")
+    check("the probe follows the mouse", found and (found["x, y"], found["DN"]) == (f"{x}, {y}", str(pixels[y * width + x])), (found, pixels[y * width + x]))
     entries, values = api.json(f"cameras/{camera}/configuration")["entries"], {row["name"]: row["value"] for row in api.json(f"cameras/{camera}/features")["features"]}
     gain = next(float(entry["value"]) for entry in entries if entry["key"].endswith("detector.gain_dn_per_e"))
     electrons = (pixels[y * width + x] - values["BlackLevel"]) / (gain * 10 ** (values["Gain"] / 20))
@@ -128,11 +76,11 @@ def picture(window, folder):
     config = (source / "config/demo.toml").read_text().replace('file = "scenes', f'file = "{(source / "config/scenes").resolve()}').replace('interface = "lo"', "enabled = false")
     config = config.replace('unix_socket = "auto"', f'unix_socket = "{folder}/calls"')
     (folder / "demo.toml").write_text(f'{config}\n[monitor]\nsocket = "{folder}/monitor"\n')
-    daemon = subprocess.Popen([obscurad, "--config", folder / "demo.toml"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    daemon = Child([obscurad, "--config", folder / "demo.toml"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end and not (folder / "monitor").exists():
         time.sleep(0.2)
-    server = subprocess.Popen([web, "--listen", "127.0.0.1:0", "--role", "operator", "--socket", folder / "monitor"], stdout=subprocess.PIPE, text=True)
+    server = Child([web, "--listen", "127.0.0.1:0", "--role", "operator", "--socket", folder / "monitor"], stdout=subprocess.PIPE, text=True)
     window.prefer("dark")
     window.open(server.stdout.readline().strip())
     go(window, "live")
@@ -157,7 +105,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-page-") as temporary, browser.B
                          tables=f'[control]\nunix_socket = "{folder}/calls"\n')
     path = camera.socket
     daemon = camera.start()
-    server = subprocess.Popen([web, "--listen", "127.0.0.1:0", "--role", "operator", "--socket", path], stdout=subprocess.PIPE, text=True)
+    server = Child([web, "--listen", "127.0.0.1:0", "--role", "operator", "--socket", path], stdout=subprocess.PIPE, text=True)
     link = server.stdout.readline().strip()
 
     def state():
@@ -180,8 +128,9 @@ with tempfile.TemporaryDirectory(prefix="obscura-page-") as temporary, browser.B
     verdict = window.text("#verdict")
     check("it shows the verdict", re.search(r"last \d+ s$", verdict), verdict)
     go(window, "transports")
-    rows = rows_of(window, "Address")
-    check("it shows where the camera is, and who controls it", rows == {"GigE Vision": after["address"], "controlled by": after["controller"] or "nobody"}, rows)
+    rows = rows_of(window, "Files, place")
+    check("it shows where frames go", rows["folder"] == after["transports"]["file"]["directory"] and re.match(r"[\d.]+ [GM]iB$", rows["free on its disk"].replace("\u202f", "")), rows)
+    check("and that nobody can control the camera", after["address"] == "none" and "no GigE Vision" in window.text("main"))
     go(window, "system")
     window.wait_for("document.querySelectorAll('#log tbody tr').length > 2")
     check("the log is there", "starting with" in window.text("#log"))
@@ -211,7 +160,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-page-") as temporary, browser.B
     window.wait_for("document.querySelector('#verdict')?.textContent.includes('last')")
     daemon.send_signal(signal.SIGKILL)
     daemon.wait()
-    check("without the daemon it says so", window.wait_for("document.querySelector('#verdict').textContent.startsWith('No camera: ') && !document.querySelector('main').textContent"), window.text("#verdict"))
+    check("without the daemon it says so", window.wait_for("document.querySelector('#verdict').textContent.includes('The camera has gone') && document.querySelector('main').textContent.includes('journalctl')"), window.text("#verdict"))
     server.terminate()
     server.wait(PATIENCE_S)
 sys.exit(1 if failures else 0)

@@ -1,20 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // After start-up, threads with deadlines take nothing from the heap: trigger, pipeline, detector, release.
+#include "config/document.hpp"
 #include "core/realtime.hpp"
 #include "core/scene_truth.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/daemon.hpp"
 #include "emulator/releaser.hpp"
 #include "sync/timer.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/catch.hpp"
+#include "transports/fault_rules.hpp"
 #include "transports/gige/channels/payload.hpp"
 #include "transports/loopback/loopback.hpp"
+#include "transports/watch/frame_ring_reader.hpp"
+#include "transports/watch/watch.hpp"
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -25,7 +32,9 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <utility>
+#include <vector>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -189,6 +198,62 @@ private:
     sync::TimerTrigger trigger_;
 };
 
+/// Threads that look at a camera until they are destroyed: a viewer, and a reader of the frame ring that
+/// copies whatever stands there.
+class Onlookers {
+public:
+    explicit Onlookers(transports::WatchTransport& watch)
+        : watch_(watch), viewer_([this] { view(); }), reader_([this] { read(); }) {}
+    ~Onlookers() {
+        stop_ = true;
+        viewer_.join();
+        reader_.join();
+    }
+    Onlookers(const Onlookers&) = delete;
+    Onlookers& operator=(const Onlookers&) = delete;
+
+    /// Frames that each of them has seen at least.
+    [[nodiscard]] std::uint64_t seen() const { return std::min(viewed_.load(), read_.load()); }
+
+private:
+    static constexpr std::chrono::milliseconds turn{100};
+
+    void view() {
+        for (std::uint64_t last = 0; !stop_;)
+            if (const auto frame = watch_.newest(last, std::chrono::steady_clock::now() + turn, stop_)) {
+                last = frame->number;
+                ++viewed_;
+            }
+    }
+    void read() {
+        const transports::FrameRingReader ring{FileDescriptor(::dup(watch_.ring().descriptor()))};
+        std::vector<std::uint16_t> copy;
+        for (std::uint64_t last = 0; !stop_; std::this_thread::yield()) {
+            const auto frame = ring.read();
+            if (!frame || frame->serial == last) continue;
+            copy.resize(frame->pixels.size());
+            if (ring.copy(*frame, copy)) last = frame->serial, ++read_;
+        }
+    }
+
+    transports::WatchTransport& watch_;
+    std::atomic<bool> stop_{false};
+    std::atomic<std::uint64_t> viewed_{0}, read_{0};
+    std::thread viewer_, reader_;
+};
+
+/// Arms one rule of that kind, as the call faults.set does.
+void arm(emulator::CameraUnit& unit, const char* kind) {
+    transports::FaultRules* const faults = unit.fault_rules();
+    REQUIRE(faults != nullptr);
+    const transports::FaultRules::Row row = faults->blank();
+    const config::Value table = config::parse_text("kind = \"" + std::string(kind) + "\"", "rule");
+    config::Mistakes mistakes;
+    config::read_section(&table, {}, {"rule", {}}, row.section, mistakes);
+    mistakes.throw_if_any();
+    unit.run_between_commands([&](const std::string&) { faults->arm({row}); });
+}
+
 } // namespace
 
 TEST_CASE("the guard sees allocations of real-time threads and no others") {
@@ -343,4 +408,48 @@ TEST_CASE("frames of boulders near the camera allocate nothing on real-time thre
     run.stop();
     CHECK(counts.realtime == 0);
     CHECK(boulders > 300);
+}
+
+TEST_CASE("viewers, other scenes and faults make no real-time thread allocate") {
+    if (!heap_is_counted()) return;
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(53);
+    options.size = 96;
+    options.rate_hz = 50;
+    options.daemon_more = "autostart = true\n";
+    const std::filesystem::path file = write_configuration(folder, options);
+    emulator::Daemon daemon(emulator::load_config(file));
+    daemon.start();
+    const auto frames = [&] { return daemon.camera().counters().complete; };
+    const auto wait_for = [&](std::uint64_t more) {
+        for (const std::uint64_t end = frames() + more; frames() < end; daemon.tick())
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    };
+    constexpr std::uint64_t settle = 20; // frames until the renderer's workers have the memory that they need
+    wait_for(settle);
+    reset_allocation_counts();
+    std::uint64_t realtime = 0;
+    {
+        const Onlookers onlookers(*daemon.unit(0).watch());
+        for (const char* kind : {"lose", "skip_frame", "freeze_frame"}) {
+            arm(daemon.unit(0), kind);
+            wait_for(20);
+            std::string scene = text_of(folder.path() / "scene.toml");
+            scene.replace(scene.find("[500, 400, 300]"), 15, "[600, 400, 300]");
+            options.scene = folder.write(std::string(kind) + ".toml", scene).string();
+            const emulator::DaemonConfig next = emulator::load_config(write_configuration(folder, options));
+            CHECK(daemon.unit(0).prepare(next, {}) == "");
+            realtime += allocation_counts().realtime;
+            daemon.unit(0).take_on(next);
+            wait_for(settle);
+            reset_allocation_counts();
+        }
+        wait_for(20);
+        CHECK(onlookers.seen() > 20);
+    }
+    const AllocationCounts counts = allocation_counts();
+    daemon.stop();
+    CHECK(realtime + counts.realtime == 0);
+    CHECK(counts.all > 0);
 }

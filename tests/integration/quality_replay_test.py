@@ -15,6 +15,9 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
+
 SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
 obscurad, obscura = sys.argv[1:3]
 failures = []
@@ -71,7 +74,7 @@ shutter = "global"
 lag = 0.02
 """)
     with open(folder / "log", "w+", encoding="utf-8") as log:
-        daemon = subprocess.Popen([obscurad, "--config", folder / "obscurad.toml", "--timing", folder / "run.csv"],
+        daemon = Child([obscurad, "--config", folder / "obscurad.toml", "--timing", folder / "run.csv"],
                                   stdout=subprocess.DEVNULL, stderr=log)
         end = time.monotonic() + PATIENCE_S
         while len(list((folder / "frames").glob("*.toml"))) < FRAMES and time.monotonic() < end and daemon.poll() is None:

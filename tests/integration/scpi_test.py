@@ -18,6 +18,7 @@ import urllib.request
 import xml.etree.ElementTree as ElementTree
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
 from client_checks import PATIENCE_S, check, end, obscura_client, source, wait_for  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
@@ -44,7 +45,7 @@ class Bench:
 
 class Instrument:
     def __init__(self, *arguments):
-        self.process = subprocess.Popen([program, "--scpi", "127.0.0.1:0", "--lxi", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
+        self.process = Child([program, "--scpi", "127.0.0.1:0", "--lxi", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
         ports = [self.process.stdout.readline().split() for _ in range(3)]
         self.port, self.lxi = (int(dict(ports)[name].rpartition(":")[2]) for name in ("scpi", "lxi"))
 
@@ -103,7 +104,8 @@ def conversation(bench, other, calls):
     counters = dict(zip(catalogue, bench.ask("COUN?").split(",")))
     check("counters are those of the state", int(counters["complete"]) >= 4 and bench.ask('COUN? "complete"') == counters["complete"], counters)
     check("latencies too", len(bench.ask('LAT? "trigger_to_first_row"').split(",")) == 4)
-    check("the instrument's test passes", bench.ask("*TST?;VERD?;HEAL?").startswith('0;"'))
+    check("the instrument's test tells whether a camera is bad, as rows late on a busy machine make it", wait_for(lambda: bench.ask(
+        "*TST?;HEAL?") in ("0;good", "0;idle", "1;bad")), bench.ask("*TST?;HEAL?;VERD?"))
     bench.write("TRIG:SOUR Line0")
 
 
@@ -214,18 +216,18 @@ with tempfile.TemporaryDirectory(prefix="obscura-scpi-") as name:
     view_port = socket.create_server(("127.0.0.1", 0))
     view = view_port.getsockname()[1]
     view_port.close()
-    instrument = Instrument("--control", calls, "--scpi-view", f"127.0.0.1:{view}")
+    instrument = Instrument("--socket", camera.socket, "--scpi-view", f"127.0.0.1:{view}")
     bench = Bench(instrument.port)
     check("without a daemon it says so", bench.ask("*TST?;EXP?;SYST:ERR?").startswith("2;-241,"), bench.ask("SYST:ERR:ALL?"))
     daemon = camera.start()
-    check("a daemon that comes is found", wait_for(lambda: bench.ask("*TST?") == "0"))
+    check("a daemon that comes is found by its monitor", wait_for(lambda: bench.ask("*TST?") != "2"))
     bench.write("*CLS")
     conversation(bench, Bench(instrument.port), calls)
     daemon.kill()
     daemon.wait()
     check("one that has gone is missed", bench.ask("GAIN?;SYST:ERR?").startswith("-241,"), bench.ask("SYST:ERR:ALL?"))
     daemon = camera.start()
-    check("and found again", wait_for(lambda: bench.ask("*TST?") == "0") and bench.ask("GAIN?") == "0")
+    check("and found again", wait_for(lambda: bench.ask("*TST?") != "2") and bench.ask("GAIN?") == "0")
     bench.socket.close()
     bench.file.close()
     lxi_identity(instrument)

@@ -19,6 +19,7 @@ import client_checks  # noqa: E402: needs the folder above, and gives the folder
 import numpy  # noqa: E402
 import obscura_client  # noqa: E402
 import obscura_client.aio  # noqa: E402
+from children import Child  # noqa: E402
 from client_checks import PATIENCE_S, check, check_near, check_refused, obscura, source, wait_for  # noqa: E402
 from obscura_client import protocol  # noqa: E402
 
@@ -190,7 +191,7 @@ def tokens(folder, root):
         refused = subprocess.run([obscura, "serve", *words], capture_output=True, text=True)
         check(f"not without a good token: {why}", refused.returncode == status and refused.stderr.count("\n") == 1 and
               why in refused.stderr, refused)
-    server = subprocess.Popen([obscura, "serve", "--listen", "0.0.0.0:0", "--token-file", folder / "token", "--token-file",
+    server = Child([obscura, "serve", "--listen", "0.0.0.0:0", "--token-file", folder / "token", "--token-file",
                                f"view:{folder / 'looker'}", "--root", root], stdout=subprocess.PIPE, text=True)
     port = server.stdout.readline().rsplit(":", 1)[1].strip()
     # Not the loopback address where there is another one.
@@ -289,7 +290,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
         shared_memory(own)
     tokens(top, root)
     path = str(top / "socket")
-    server = subprocess.Popen([obscura, "serve", "--listen", "none", "--unix", path], stdout=subprocess.PIPE, text=True)
+    server = Child([obscura, "serve", "--listen", "none", "--unix", path], stdout=subprocess.PIPE, text=True)
     server.stdout.readline()
     with obscura_client.connect(path, PATIENCE_S) as other:
         other.load("demo")

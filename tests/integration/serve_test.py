@@ -25,6 +25,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import client_checks  # noqa: E402: needs the folder above, and gives the folder of the client
 import numpy  # noqa: E402
 import obscura_client  # noqa: E402
+from children import Child  # noqa: E402
 from client_checks import PATIENCE_S, check, check_near, check_refused, obscura, source, wait_for  # noqa: E402
 from obscura_client import messagepack  # noqa: E402
 from obscura_client.connection import Connection  # noqa: E402
@@ -54,7 +55,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
     root = folder / "root"
     (root / "sub").mkdir(parents=True)
     path = str(folder / "socket")
-    server = subprocess.Popen([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", root, "--clients", "4"],
+    server = Child([obscura, "serve", "--listen", "127.0.0.1:0", "--unix", path, "--root", root, "--clients", "4"],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     tcp = server.stdout.readline().split()[-1]
     check("the server says where it listens", server.stdout.readline() == f"listening at {path}\n")

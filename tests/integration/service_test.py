@@ -24,6 +24,7 @@ import time
 SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
 sys.path.insert(0, str(SUPPORT))
 import hang_thread  # noqa: E402
+from children import Child  # noqa: E402
 
 parser = argparse.ArgumentParser()
 parser.add_argument("obscurad")
@@ -114,7 +115,7 @@ height = {size[1]}
         if watchdog_s:
             environment["WATCHDOG_USEC"] = str(int(watchdog_s * 1e6))
         self.log = open(self.folder / "log", "w+", encoding="utf-8")
-        self.process = subprocess.Popen(
+        self.process = Child(
             [options.obscurad, "--config", self.config, "--stats", self.folder / "stats.json"],
             stdout=subprocess.DEVNULL, stderr=self.log, env=environment)
         return self

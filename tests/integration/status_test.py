@@ -10,6 +10,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import socket
 import stat
@@ -17,6 +18,9 @@ import subprocess
 import sys
 import tempfile
 import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from children import Child  # noqa: E402
 
 obscurad, obscura, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 60  # a busy machine, a sanitizer
@@ -84,10 +88,10 @@ socket = "{path}"
 
     missing = ask("status", "--socket", path)
     check("without a daemon the status is 69, in one line", missing.returncode == 69 and
-          missing.stderr == f"{path}: No such file or directory\n", missing)
+          missing.stderr == f"no daemon answers at {path}: No such file or directory\n", missing)
 
     log = open(folder / "log", "w", encoding="utf-8")
-    daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    daemon = Child([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
     check("the socket appears", wait_for(lambda: os.path.exists(path)))
     mode = os.stat(path)
     check("the socket is for user and group only", stat.S_IMODE(mode.st_mode) == 0o660, oct(mode.st_mode))
@@ -100,6 +104,9 @@ socket = "{path}"
     check("every edge is accounted for, but for one in work", 0 <= camera["camera"]["triggers"] - sum(
         camera["camera"][k] for k in ("frames", "missed_triggers", "masked_triggers", "dropped")) <= 1,
         camera["camera"])
+    # All numbers of years, and as much again for transports.
+    camera_bytes = len(re.sub(r"\d+(\.\d+)?", "123456789012", json.dumps(camera)))
+    check("the state of 16 cameras fits an answer", 2 * 16 * camera_bytes + 16 * len(json.dumps(told["threads"])) < 192 << 10, camera_bytes)
     kernel = {(pathlib.Path("/proc") / str(daemon.pid) / "task" / t / "comm").read_text().strip()
               for t in os.listdir(f"/proc/{daemon.pid}/task")}
     check("its threads are those of the kernel", {t["name"] for t in told["threads"]} == kernel, told["threads"])
@@ -131,7 +138,7 @@ socket = "{path}"
             client.send(dice.choice([dice.randbytes(length), b"{" * length, b'{"verb":"describe"}',
                                      b'{"verb":"state","x":' + b"1" * length, b'{"verb":"events","after":1}']))
         for _ in range(10):
-            answered += isinstance(json.loads(client.recv(1 << 17)), dict)
+            answered += isinstance(json.loads(client.recv(1 << 18)), dict)
         try:
             deaf.send(b'{"verb":"state"}', socket.MSG_DONTWAIT)
         except OSError:
@@ -149,14 +156,14 @@ socket = "{path}"
 
     # Without a path of its own it is found by its name.
     config.write_text(config.read_text().replace(f'[monitor]\nsocket = "{path}"\n', ""))
-    daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    daemon = Child([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
     name = folder / "runtime" / "obscura" / f"obscurad-{daemon.pid}.socket"
     check("the automatic socket has the process in its name", wait_for(name.exists))
     listed = [json.loads(line)["daemon"]["pid"] for line in ask("status", "--json").stdout.splitlines()]
     check("obscura status finds it", daemon.pid in listed, listed)
     daemon.kill()
     daemon.wait()
-    daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    daemon = Child([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
     second = name.with_name(f"obscurad-{daemon.pid}.socket")
     check("the next daemon removes what a killed one has left", wait_for(lambda: second.exists() and
                                                                         not name.exists()))
@@ -164,7 +171,7 @@ socket = "{path}"
     daemon.wait(PATIENCE_S)
 
     config.write_text(config.read_text() + '[monitor]\nsocket = "off"\n')
-    daemon = subprocess.Popen([obscurad, "--config", config, "--ready-file", folder / "ready"],
+    daemon = Child([obscurad, "--config", config, "--ready-file", folder / "ready"],
                               stdout=subprocess.DEVNULL, stderr=log, env=environment)
     check("without a monitor it runs as well", wait_for((folder / "ready").exists) and
           not list((folder / "runtime" / "obscura").iterdir()))

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Which system calls the daemon's real-time threads make in steady state: waiting, sending, and nothing else.
+"""Which system calls the daemon's real-time threads make in steady state: waiting, sending, and nothing else, also while some look at the
+camera, arm faults and show another scene.
 
-Usage: system_calls_test.py OBSCURAD OBSCURA
+Usage: system_calls_test.py OBSCURAD OBSCURA OBSCURA-WEB
 Exit status 1 if a thread made another call, 77 where it cannot be seen (no strace, ptrace not permitted).
 """
 import collections
+import json
 import os
 import pathlib
 import re
@@ -15,13 +17,17 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
 sys.path.insert(0, str(SUPPORT))
 import hang_thread  # noqa: E402
+from children import Child  # noqa: E402
+from web_server import Web  # noqa: E402
+from websocket_client import Closed, Viewer  # noqa: E402
 
-obscurad, obscura = sys.argv[1:3]
+obscurad, obscura, obscura_web = sys.argv[1:4]
 PATIENCE_S = 60
 # What each thread may do beside its work: futex is waiting and waking, restart_syscall the kernel's own after a stop.
 WAIT = {"futex", "restart_syscall", "sched_yield"}
@@ -45,12 +51,24 @@ def free_port(kind):
         return probe.getsockname()[1]
 
 
+def look(viewer, seen):
+    """Sees every picture, until the connection ends."""
+    try:
+        while True:
+            viewer.picture()
+            seen.append(viewer)
+            viewer.ready()
+    except (OSError, Closed, ValueError):
+        pass
+
+
 with tempfile.TemporaryDirectory(prefix="obscura-calls-") as temporary:
     folder = pathlib.Path(temporary)
     port = free_port(socket.SOCK_DGRAM)
     address = f"127.{os.getpid() >> 16 & 127 | 64}.{os.getpid() >> 8 & 255}.{os.getpid() & 255 | 1}"
-    client = None
+    client, web, ring_reader, seen = None, None, None, []
     shutil.copy(SUPPORT / "light_scene.toml", folder / "scene.toml")
+    (folder / "other.toml").write_text((folder / "scene.toml").read_text().replace("[500, 400, 300]", "[600, 400, 300]"))
     (folder / "obscurad.toml").write_text(f"""[scene]
 file = "scene.toml"
 [render]
@@ -68,12 +86,16 @@ interface = "{address}"
 enabled = true
 format = "raw"
 directory = "{folder}/frames"
+[monitor]
+socket = "{folder}/monitor"
+[control]
+unix_socket = "{folder}/calls"
 [sensor.readout]
 width = 64
 height = 64
 """)
     with open(folder / "log", "w+", encoding="utf-8") as log:
-        daemon = subprocess.Popen([obscurad, "--config", folder / "obscurad.toml"], stdout=subprocess.PIPE, stderr=log)
+        daemon = Child([obscurad, "--config", folder / "obscurad.toml"], stdout=subprocess.PIPE, stderr=log)
         try:
             if not daemon.stdout.readline():
                 sys.exit("the daemon does not start: " + (folder / "log").read_text())
@@ -84,7 +106,7 @@ height = 64
                     sender.sendto(b"OBTR" + n.to_bytes(4, "big") + bytes(8), ("127.0.0.1", port))
                     time.sleep(0.02)
 
-            client = subprocess.Popen([obscura, "grab", "--address", address, "--frames", "100000", "--timeout", "60"],
+            client = Child([obscura, "grab", "--address", address, "--frames", "100000", "--timeout", "60"],
                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             first = 1
             while len(list((folder / "frames").glob("*.raw"))) < 5:  # only while the client wants them
@@ -97,7 +119,18 @@ height = 64
             if set(watched.values()) != set(ALLOWED):
                 sys.exit(f"threads are missing: {sorted(set(ALLOWED) - set(watched.values()))} of {sorted(names.values())}")
             trace = folder / "trace"
-            strace = subprocess.Popen(["strace", "-qq", "-f", "-o", trace] + [f"-p{thread}" for thread in watched],
+            web = Web(obscura_web, "--socket", str(folder / "monitor"))
+            while not json.loads(web.ask("/api/v1/state").text)["daemons"]:
+                time.sleep(0.1)
+            viewers = [Viewer(web.port, web.token) for _ in range(3)]
+            for viewer in viewers:
+                viewer.view(f"{daemon.pid}-0", max_hz=60)
+            for viewer in viewers[1:]:  # the first one never reads
+                threading.Thread(target=look, args=(viewer, seen), daemon=True).start()
+            ring_reader = Child([sys.executable, SUPPORT / "ring_reader.py", folder / "monitor"], stdout=subprocess.DEVNULL)
+            shoot(30, first)
+            first += 30
+            strace = Child(["strace", "-qq", "-f", "-o", trace] + [f"-p{thread}" for thread in watched],
                                       stderr=subprocess.PIPE, text=True)
             time.sleep(1)
             if strace.poll() is not None:
@@ -105,13 +138,22 @@ height = 64
                 print(f"skipped: strace: {text.strip().splitlines()[-1] if text.strip() else 'ended'}")
                 sys.exit(77)
             before = len(list((folder / "frames").glob("*.raw")))
-            shoot(100, first)
+            looked = len(seen)
+            shoot(50, first)
+            for words in (["fault", "add", "lose", "percent=5"], ["scene", "show", "other.toml"], ["fault", "clear"]):
+                done = subprocess.run([obscura, *words, "--socket", folder / "monitor"], capture_output=True, text=True, timeout=PATIENCE_S)
+                if done.returncode != 0:
+                    sys.exit(f"{words}: {done.stderr}")
+                shoot(20, first + 50)
+                first += 20
             time.sleep(0.5)
+            if len(seen) < looked + 10:
+                sys.exit(f"viewers have seen {len(seen) - looked} pictures only")
             strace.send_signal(signal.SIGINT)
             strace.wait(PATIENCE_S)
             after = len(list((folder / "frames").glob("*.raw")))
             if after - before < 10:
-                sys.exit(f"only {after - before} frames of 100 triggers while traced")
+                sys.exit(f"only {after - before} frames of 110 triggers while traced")
             calls = collections.defaultdict(collections.Counter)
             for line in trace.read_text(errors="replace").splitlines():
                 found = re.match(r"(\d+) +(?:<\.\.\. )?(\w+)(?:\(| resumed)", line)
@@ -124,10 +166,10 @@ height = 64
                 print(f"{'NOT OK' if others else 'ok'} - {name}: " + ", ".join(f"{c} {n}" for c, n in calls[name].most_common()))
             if not any(calls.values()):
                 sys.exit("nothing was seen at all: " + trace.read_text()[:500])
-            print(f"{after - before} frames")
+            print(f"{after - before} frames, {len(seen) - looked} pictures for viewers")
             sys.exit(1 if failed else 0)
         finally:
-            for process in (client, daemon):
+            for process in (client, daemon, ring_reader, web.process if web else None):
                 if process:
                     process.kill()
                     process.wait()

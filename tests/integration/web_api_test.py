@@ -7,6 +7,8 @@ Usage: web_api_test.py OBSCURAD OBSCURA-WEB SOURCE-DIRECTORY
 Answers are compared with their schemas where jsonschema is installed (Debian package python3-jsonschema). Exit status 1 if a check
 failed.
 """
+import grp
+import io
 import json
 import os
 import pathlib
@@ -16,14 +18,18 @@ import socket
 import struct
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
+import tomllib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import openapi_document  # noqa: E402
 import web_server  # noqa: E402
 from gvcp_client import CONTROL, CONTROL_PRIVILEGE, NO_CONTROL, GvcpClient  # noqa: E402
 from read_image import read_fits, read_png  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
+from zstd_frame import zstd  # noqa: E402
 
 try:
     import jsonschema
@@ -33,12 +39,17 @@ except ImportError:
 obscurad, web, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = web_server.PATIENCE_S
 WIDTH, HEIGHT = 64, 48
+GAIN = 0xA160  # register of the GigE Vision side
 # Who may do what: a change here is a change of the interface.
 ROLES = {"page": None, "alive": None, "ready": "viewer", "metrics": "viewer", "state": "viewer", "events": "viewer", "me": "viewer",
          "audit": "viewer", "openapi": "viewer", "features": "viewer", "features.set": "operator", "trigger": "operator",
-         "acquisition": "operator", "timing": "viewer", "faults": "viewer", "faults.set": "operator", "truth": "viewer", "scenes": "viewer",
-         "scene.show": "operator", "configuration": "viewer", "frame.json": "viewer", "frame.png": "viewer", "frame.fits": "viewer",
-         "frame.raw": "viewer"}
+         "acquisition": "operator", "timing": "viewer", "faults": "viewer", "faults.set": "operator", "truth": "viewer", "probe": "viewer", "scenes": "viewer",
+         "scene.show": "operator", "scene": "viewer", "pose": "operator", "step": "operator", "device": "viewer", "device.set": "operator",
+         "release": "admin", "reload": "admin", "log_level": "operator", "support-bundle": "admin", "self-test": "operator", "configuration": "viewer", "frame.json": "viewer",
+         "frame.png": "viewer", "frame.fits": "viewer", "frame.raw": "viewer", "live.mjpg": "viewer", "live.mjpg.first": "viewer",
+         "frame.id.json": "viewer", "frame.id.png": "viewer", "frame.id.fits": "viewer", "frame.id.raw": "viewer",
+         "frame.jpg": "viewer", "frame.id.jpg": "viewer"}
+ADMINS = next(group for group in grp.getgrall() if group.gr_gid not in (0, os.getegid()))
 HOLDERS = ["viewer", "operator", "admin"]
 failures = []
 
@@ -62,6 +73,18 @@ def free_udp_port():
         return probe.getsockname()[1]
 
 
+def flat(path, value):
+    """Keys and values of parsed TOML as the configuration names them: elements of a list of tables by their number."""
+    if isinstance(value, dict):
+        for key, member in value.items():
+            yield from flat(f"{path}.{key}" if path else key, member)
+    elif isinstance(value, list) and value and all(isinstance(element, dict) for element in value):
+        for number, element in enumerate(value):
+            yield from flat(f"{path}[{number}]", element)
+    else:
+        yield path, value
+
+
 class Document:
     """The OpenAPI document: its operations, and whether an answer is one of theirs."""
 
@@ -72,25 +95,12 @@ class Document:
         self.seen = set()
 
     def check(self):
-        parts = self.document["components"]
-        check("the document is OpenAPI 3.1 with title and version", self.document["openapi"] == "3.1.0" and
-              self.document["info"].keys() >= {"title", "version"})
+        check("the document is one of OpenAPI 3.1", not openapi_document.mistakes(self.document), openapi_document.mistakes(self.document))
         check("its operations are those that this test knows, and have their roles",
               {name: operation["x-role"] for name, (_, _, operation) in self.operations.items()} == ROLES)
-        refs = re.findall(r'"\$ref": "#/([^"]*)"', json.dumps(self.document))
-        for ref in sorted(set(refs)):
-            at = self.document
-            for part in ref.split("/"):
-                at = at.get(part, {})
-            check(f"{ref} exists", bool(at))
-        for name, (method, path, operation) in self.operations.items():
-            declared = [parts["parameters"][p["$ref"].split("/")[-1]] if "$ref" in p else p for p in operation.get("parameters", [])]
-            check(f"{name}: path, parameters and body fit", {p["name"] for p in declared if p["in"] == "path"} ==
-                  set(re.findall(r"{(\w+)}", path)) and ("requestBody" in operation) == (method != "GET") and
-                  operation["responses"].keys() & {"200"} and (operation.get("security") == [{}]) == (operation["x-role"] is None))
-        if jsonschema:
-            for name in parts["schemas"]:
-                jsonschema.Draft202012Validator.check_schema(parts["schemas"][name])
+        for name, (method, _, operation) in self.operations.items():
+            check(f"{name}: body and security fit", ("requestBody" in operation) == (method != "GET") and "200" in operation["responses"] and
+                  (operation.get("security") == [{}]) == (operation["x-role"] is None))
 
     def fits(self, name, answer):
         """Whether the document has the status and type of an answer, and its content is of the schema."""
@@ -118,7 +128,7 @@ class Document:
 
 with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     folder = pathlib.Path(temporary)
-    camera = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\n')
+    camera = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\nadmin_group = "{ADMINS.gr_name}"\n')
     gvcp = free_udp_port()
     camera.config.write_text(camera.config.read_text().replace(
         "[gige]\nenabled = false", f'[daemon]\nautostart = true\n[gige]\nenabled = true\ninterface = "127.0.0.1"\nport = {gvcp}'))
@@ -130,7 +140,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
 
     def ask(name, body=None, role="operator", query="", camera_id=None, **headers):
         method, path, _ = document.operations[name]
-        answer = server.ask(path.replace("{camera}", camera_id or ID) + query, method, tokens.get(role, role), body, **headers)
+        answer = server.ask(path.replace("{camera}", camera_id or ID).replace("{frame}", frame_id) + query, method, tokens.get(role, role), body, **headers)
         check(f"{name}{query} {body if body is not None else ''} is answered as the document says: {answer.status}",
               answer.status in (401, 403, 415, 421, 429) or document.fits(name, answer), answer.text[:300])
         return answer
@@ -148,10 +158,11 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
 
     # Roles x routes.
     wrong = 0
+    frame_id = json.loads(server.ask(f"/api/v1/cameras/{ID}/frames/latest.json?wait=10", token=tokens["viewer"]).text)["id"]
     for name, (method, path, operation) in document.operations.items():
-        wanted, path = operation["x-role"], path.replace("{camera}", ID)
+        wanted, path = operation["x-role"], path.replace("{camera}", ID).replace("{frame}", frame_id)
         body = None if method == "GET" else {"no such": 1}
-        query = "?wait=0" if "/frames/" in path else "?follow=0" if name == "events" else ""
+        query = "?wait=0" if "/frames/latest." in path else "?follow=0" if name == "events" else ""
         for holder in ["", "wrong", *HOLDERS]:
             answer = server.ask(path + query, method, tokens.get(holder, holder), body)
             if wanted is None:
@@ -175,6 +186,20 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
         check(f"{name}: another method is refused with those that there are", refused.status == 405 and method in refused.headers["Allow"], refused.headers)
     check("force is for admin", ask("features.set", {"Gain": 1}, query="?force=true").status == 403)
     check("a token's role and name", json.loads(ask("me").text) == {"role": "operator", "name": "operator-1"})
+
+    # A pixel of a frame, while frames come.
+    x, y = 30, 20
+    answer = ask("probe", query=f"?x={x}&y={y}")
+    pixel = json.loads(answer.text)
+    file = folder / "frames" / f"frame_{int(pixel['frame']):06}.raw" if answer.status == 200 else folder
+    check("a pixel of the newest frame has the number of the file", wait_for(lambda: file.is_file() and file.stat().st_size == 2 * WIDTH * HEIGHT) and
+          pixel["dn"] == struct.unpack_from("<H", file.read_bytes(), 2 * (y * WIDTH + x))[0], pixel)
+    check("and what it shows", pixel["body"] == "body0" and pixel["irradiance_w_m2"] > 0 and abs(pixel["range_m"] - 19600) < 200 and
+          pixel["electrons"]["exact"] > 0 and "DN" in pixel["formula"], pixel)
+    for query in "", "?x=3", f"?x=3&y={HEIGHT}", f"?x={WIDTH}&y=3", "?x=-1&y=0", "?x=1.5&y=0":
+        check(f"probe{query} is refused", ask("probe", query=query).status == 422)
+    gone = ask("probe", query=f"?x=1&y=1&frame={10**9}")
+    check("a frame that is gone is said to be", gone.status == 409 and "is not kept any more" in json.loads(gone.text)["detail"], gone.text)
 
     # Settings.
     rows = ask("features")
@@ -211,10 +236,11 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     check("the newest frame is known", known["width"] == WIDTH and known["height"] == HEIGHT and known["exposure_us"] == 50 and known["gain_db"] == 5, known)
     check("and not sent again", ask("frame.json", query="?wait=0", If_None_Match=newest.headers["ETag"]).status == 304)
     check("waiting for another one ends", ask("frame.png", query=f"?after={known['id']}&wait=0.2").status == 204)
-    raw, png, fits = (ask(f"frame.{kind}") for kind in ("raw", "png", "fits"))
+    raw, png, fits, jpeg = (ask(f"frame.{kind}") for kind in ("raw", "png", "fits", "jpg"))
     numbers = struct.unpack(f"<{WIDTH * HEIGHT}H", raw.content)
     check("PNG, FITS and the numbers are one frame", read_png(png.content)[0] == numbers == read_fits(fits.content)[0] and max(numbers) > min(numbers))
-    check("their headers name it", {a.headers["X-Obscura-Frame"] for a in (raw, png, fits)} == {known["frame"]} and
+    check("the JPEG is one", jpeg.headers["Content-Type"] == "image/jpeg" and jpeg.content[:2] == b"\xff\xd8" and jpeg.content[-2:] == b"\xff\xd9", jpeg.headers)
+    check("their headers name it", {a.headers["X-Obscura-Frame"] for a in (raw, png, fits, jpeg)} == {known["frame"]} and
           raw.headers["Content-Disposition"].endswith('.raw"') and read_fits(fits.content)[2]["FRAMEID"] == known["frame"])
     file = folder / "frames" / f"run2_frame_{int(known['frame']):06}.raw"
     check("and are what the daemon wrote", wait_for(lambda: file.exists() and file.stat().st_size == len(raw.content)) and file.read_bytes() == raw.content)
@@ -224,7 +250,31 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
         newer = int(json.loads(ask("frame.json", query=f"?after={seen}&wait=10").text)["id"])
         check("frames never go back", newer > seen)
         seen = newer
+    frame_id = known["id"]
+    for kind, latest in ("raw", raw), ("png", png), ("fits", fits), ("jpg", jpeg):
+        again = ask(f"frame.id.{kind}")
+        check(f"an earlier frame is still there by its id, as {kind}", again.content == latest.content and again.headers["ETag"] == latest.headers["ETag"])
+    frame_id = "0"
+    check("one that is not kept is gone", json.loads(ask("frame.id.fits").text)["type"] == "urn:obscura:gone")
     check("a trigger that is not waited for is answered at once", ask("trigger", {"wait": False}).status == 202)
+
+    asked = ask("trigger", {}, Prefer="wait=5, respond-async")
+    check("nor is one whose client prefers that", asked.status == 202 and asked.headers["Preference-Applied"] == "respond-async", asked.headers)
+
+    # Commands that are sent again.
+    first, again = ask("trigger", {}, Idempotency_Key="k1"), ask("trigger", {}, Idempotency_Key="k1")
+    check("a command that is sent again with its key is answered as before", first.text == again.text and again.headers["Idempotency-Replayed"] == "true" and
+          not first.headers["Idempotency-Replayed"], again.text)
+    other = ask("trigger", {}, role="admin", Idempotency_Key="k1")
+    check("and made once: the next frame is that of another token with the same key",
+          int(json.loads(other.text)["frame"]) == int(json.loads(first.text)["frame"]) + 1, (first.text, other.text))
+    for name, body in ("trigger", {"wait": True}), ("acquisition", {"running": True}):
+        refused = ask(name, body, Idempotency_Key="k1")
+        check(f"{name} {body} with the key of another command is refused", refused.status == 422 and
+              json.loads(refused.text)["type"] == "urn:obscura:other-command", refused.text)
+    check("so is a key that is none", {ask("trigger", {}, Idempotency_Key=key).status for key in ("", "a b", "k" * 129)} == {422})
+    check("what was refused is not kept", ask("features.set", {"Gain": 300}, Idempotency_Key="k2").status == 422 and
+          ask("features.set", {"Gain": 5}, Idempotency_Key="k2").status == 200)
 
     # Values that are refused before a daemon hears of them.
     for name, body in ("acquisition", {}), ("acquisition", {"running": 1}), ("acquisition", {"running": True, "x": 1}), ("trigger", []), ("trigger", {"wait": "x"}), \
@@ -251,6 +301,27 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     check("a rule that is wrong is named", refused.status == 422 and json.loads(refused.text)["errors"][0]["field"] == "rules[1].percent", refused.text)
     check("and an empty list disarms", json.loads(ask("faults.set", {"rules": []}).text)["rules"] == [])
 
+    # The GigE Vision side, the scene, the daemon.
+    device = {row["name"]: row for row in json.loads(ask("device").text)["features"]}
+    check("features of the GigE Vision side", device["TriggerMode[FrameStart]"]["value"] == "On" and device["UserSetLoad"]["type"] == "command")
+    check("one of them is written", json.loads(ask("device.set", {"TriggerDivider": 2}).text) == {"written": "TriggerDivider"} and ask("device.set", {"TriggerDivider": 1}).status == 200)
+    for body in {}, {"TriggerDivider": 1, "TriggerDelay": 0}, {"TriggerDivider": 0}, {"GevCCP": 1}, {"TriggerDivider": [1]}:
+        check(f"{body} is refused", ask("device.set", body).status == 422)
+    check("the scene is described", len(json.loads(ask("scene").text)["bodies"]) == 1)
+    for name, body in ("step", {"time_s": 1}), ("pose", {"name": "camera", "time_s": 1, "position_m": [0, 0, 1]}):
+        check(f"no {name} without a simulator", ask(name, body).status == 409 and ask(name, {}).status == 422)
+    check("the log level changes", json.loads(ask("log_level", {"level": "warning"}).text) == {"level": "warning", "before": "info"} and
+          ask("log_level", {"level": "loud"}).status == 422 and ask("log_level", {"level": "info"}).status == 200)
+    check("the configuration is read again", json.loads(ask("reload", {}, role="admin").text) == {})
+    bundle = ask("support-bundle", role="admin")
+    with tarfile.open(fileobj=io.BytesIO(zstd(bundle.content))) as archive:
+        files = {name.split("/", 1)[1]: archive.extractfile(name).read() for name in archive.getnames()}
+    check("the support bundle has what that of the command line has", files.keys() >= {"README.txt", "version.txt", "machine.txt", "state.json", "threads.txt", "events.txt", "configuration.json",
+          "camera0-features.json", "camera0-faults.json", "camera0-timing.csv", "self-test.txt"} and b"Missing" not in files["README.txt"], files["README.txt"])
+    check("with the machine's lateness, of ordinary scheduling", files["self-test.txt"].startswith(b"ordinary scheduling") and b"99 of 100 rows" in files["self-test.txt"], files["self-test.txt"])
+    check("and no frames, no tokens", not any(token.encode() in text for token in tokens.values() for text in files.values()) and not any(name.endswith((".raw", ".png", ".fits")) for name in files))
+    check("that of a camera that is not there", ask("support-bundle", role="admin", query="?camera=1-1").status == 404)
+
     # Another client controls the camera.
     client = GvcpClient(gvcp, PATIENCE_S)
     check("a GigE Vision client takes control", client.write(CONTROL_PRIVILEGE, CONTROL) == 0)
@@ -259,6 +330,22 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
           ask("acquisition", {"running": True}).status == 409, kept.text)
     # The daemon gives its own user, which runs this, the permission.
     check("but not those by force", json.loads(ask("features.set", {"Gain": 7}, role="admin", query="?force=true").text) == {"changed": {"Gain": 7.0}})
+    if os.geteuid() == 0:
+        # As in a service: an account of its own, in the daemon's group and perhaps in control.admin_group.
+        folder.chmod(0o750)
+        for groups, wanted in ([os.getegid()], 403), ([os.getegid(), ADMINS.gr_gid], 200):
+            try:
+                other = web_server.Web(web, "--socket", camera.socket, "--role", "admin", user=65534, group=ADMINS.gr_gid + 1, extra_groups=groups)
+            except PermissionError:
+                print("force of another account was not tried: it cannot run the program here")
+                break
+            path = f"/api/v1/cameras/{ID}/features?force=true"
+            wait_for(lambda: other.ask(path, "PATCH", body={"Gain": 7}).status != 503)
+            told = other.ask(path, "PATCH", body={"Gain": 7})
+            check(f"force of another account in {len(groups)} groups: {wanted}", told.status == wanted, (told.status, told.text))
+            check("it ends well", other.end() == 0)
+    check("an admin disconnects the client", json.loads(ask("release", {}, role="admin").text) == {"controller": client.address()} and ask("release", {}).status == 403)
+    check("then it does not control it any more", wait_for(lambda: client.write(GAIN, 0) != 0))
     client.write(CONTROL_PRIVILEGE, NO_CONTROL)
 
     # What only tells.
@@ -268,6 +355,13 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     entries = {entry["key"]: entry for entry in json.loads(ask("configuration").text)["entries"]}
     check("every key says where its value comes from", entries["trigger.rate_hz"]["source"].startswith(str(camera.config)) and
           entries["trigger.rate_hz"]["value"] == "10.0" and entries["daemon.run"]["source"] == "default", entries.get("trigger.rate_hz"))
+    printed = subprocess.run([obscurad, "--config", camera.config, "--print-config"], capture_output=True, text=True, check=True).stdout
+    wanted = dict(flat("", tomllib.loads(printed)))
+    told = {key: tomllib.loads(f"x = {entry['value']}")["x"] for key, entry in entries.items()}
+    check("the configuration is that of --print-config, key by key", len(told) > 100 and told == wanted,
+          {key: (told.get(key), wanted.get(key)) for key in told.keys() | wanted.keys() if told.get(key) != wanted.get(key)})
+    tag = ask("configuration").headers["ETag"]
+    check("what is known already of it is not sent again", ask("configuration", If_None_Match=tag).status == 304)
     check("scenes that can be shown", "demo" in json.loads(ask("scenes").text)["scenes"])
     truth = ask("truth")
     check("truth is told, or not known to the daemon", truth.status == 200 or json.loads(truth.text)["type"] in ("urn:obscura:no-call", "urn:obscura:not-now"))
@@ -277,7 +371,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     check("each change is recorded: who, what, from what to what", [(c["who"], c["what"], c["before"], c["after"]) for c in changes[:3]] == [
         ("operator operator-1", "features.set", {"Gain": 0.0, "ExposureTime": value["ExposureTime"]}, {"Gain": 3.0, "ExposureTime": 50.0}),
         ("operator operator-1", "features.set", {"Gain": 3.0}, {"Gain": 5.0}), ("operator operator-1", "acquisition", True, False)], changes[:3])
-    check("and nothing else is", {c["what"] for c in changes} == {"features.set", "acquisition", "trigger", "faults.set"} and
+    check("and nothing else is", {c["what"] for c in changes} == {"features.set", "acquisition", "trigger", "faults.set", "device.set", "log_level", "reload", "release"} and
           [c["id"] for c in changes] == list(range(1, len(changes) + 1)) and all(c["camera"] == ID and c["peer"] == "127.0.0.1" for c in changes))
     check("older ones can be left out", [c["id"] for c in json.loads(ask("audit", query=f"?after={len(changes) - 1}").text)["changes"]] == [len(changes)])
 
@@ -285,6 +379,20 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     daemon.send_signal(signal.SIGSTOP)
     os.waitpid(daemon.pid, os.WUNTRACED)  # until the last thread has stopped
     waiting = []
+    lost = socket.create_connection(("127.0.0.1", server.port), PATIENCE_S)
+    body = b'{"running": true}'
+    lost.sendall(f"POST /api/v1/cameras/{ID}/acquisition HTTP/1.1\r\nHost: localhost:{server.port}\r\nAuthorization: Bearer {tokens['operator']}\r\n"
+                 f"Content-Type: application/json\r\nIdempotency-Key: k3\r\nConnection: close\r\nContent-Length: {len(body)}\r\n\r\n".encode() + body)
+    server.ask("/livez")  # read after the command
+    progress = None
+
+    def in_progress():
+        global progress
+        progress = server.ask(f"/api/v1/cameras/{ID}/acquisition", "POST", tokens["operator"], body, Idempotency_Key="k3")
+        return progress.status == 409
+
+    check("while a command has no answer, it is not begun again", wait_for(in_progress) and "in-progress" in progress.text and
+          progress.headers["Retry-After"] == "1", progress and progress.text)
     for _ in range(6):
         client = socket.create_connection(("127.0.0.1", server.port), PATIENCE_S)
         client.sendall(f"GET /api/v1/cameras/{ID}/features HTTP/1.1\r\nHost: localhost:{server.port}\r\nAuthorization: Bearer {tokens['viewer']}\r\n"
@@ -295,6 +403,10 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     answers = [b"".join(iter(lambda client=client: client.recv(65536), b"")) for client in waiting]
     check("its requests end, those beyond the queue at once", all(b" 503 " in a.splitlines()[0] + b" " for a in answers) and
           sum(b"urn:obscura:busy" in a for a in answers) >= 2, answers)
+    lost = b"".join(iter(lambda: lost.recv(65536), b""))
+    again = server.ask(f"/api/v1/cameras/{ID}/acquisition", "POST", tokens["operator"], body, Idempotency_Key="k3")
+    check("a command whose answer was lost may have been made, so it is not made again", b"urn:obscura:answer-lost" in lost and
+          again.status == 503 and again.headers["Idempotency-Replayed"] == "true" and again.content in lost, (lost, again.text))
     daemon.send_signal(signal.SIGCONT)
     check("and are answered again once it goes on", wait_for(lambda: server.ask(f"/api/v1/cameras/{ID}/features", token=tokens["viewer"]).status == 200))
     daemon.terminate()

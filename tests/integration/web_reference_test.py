@@ -1,17 +1,42 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The reference of the web interface, docs/reference/web.md, is made of what obscura-web --print-interface writes.
+"""The reference of the web interface, docs/reference/web.md, is made of what obscura-web --print-interface writes, and that is OpenAPI 3.1.
 
 Usage: web_reference_test.py OBSCURA-WEB SOURCE-DIRECTORY [--update]
 Exit status 1 if the page differs.
 """
+import copy
 import json
 import pathlib
 import subprocess
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import openapi_document  # noqa: E402
+
 web, source = sys.argv[1], pathlib.Path(sys.argv[2])
 document = json.loads(subprocess.run([web, "--print-interface"], capture_output=True, text=True, check=True, timeout=60).stdout)
+
+
+def breaks():
+    """Copies of the document, each with one mistake."""
+    path = "/api/v1/cameras/{camera}/trigger"
+    for change in (lambda d: d.pop("info"), lambda d: d.update(openapi="3.0.0"), lambda d: d["paths"][path]["post"].update(parameters=[]),
+                   lambda d: d["paths"][path]["post"]["responses"].update({"600": {"description": ""}}),
+                   lambda d: d["components"]["schemas"]["Me"].update(type="objekt"), lambda d: d["paths"][path]["post"].update(operationId="features"),
+                   lambda d: d["components"]["schemas"].pop("Count"), lambda d: d["paths"][path]["post"]["responses"]["200"].pop("description"),
+                   lambda d: d["components"]["parameters"]["camera"].pop("required"), lambda d: d["paths"][path].update(fetch={}),
+                   lambda d: d["components"]["securitySchemes"].clear(), lambda d: d["paths"].update({"nope": {}})):
+        broken = copy.deepcopy(document)
+        change(broken)
+        yield broken
+
+
+found = openapi_document.mistakes(document)
+unseen = sum(not openapi_document.mistakes(broken) for broken in breaks()) if openapi_document.jsonschema else 0
+if found or unseen:
+    print(*found, f"{unseen} mistakes that were made were not seen", sep="\n")
+    sys.exit(1)
 
 
 def cell(text):
@@ -51,7 +76,8 @@ def described(schema):
 lines = ["# The interface of obscura-web", "",
          "Generated from `obscura-web --print-interface`, which is the table that the server itself works with; do not edit. How it is meant is in",
          "[monitor.md](../monitor.md#in-a-browser). `{camera}` is the `id` of a camera in the answer to `/api/v1/state`. A token stands in the header",
-         "`Authorization: Bearer TOKEN`. Bodies are JSON objects, sent as `Content-Type: application/json`. Counts and instants that may exceed 2^53 are texts.", ""]
+         "`Authorization: Bearer TOKEN`. Bodies are JSON objects, sent as `Content-Type: application/json`. Counts and instants that may exceed 2^53 are texts.",
+         "Each change takes a header `Idempotency-Key`, PATCH and PUT `If-Match`, a trigger `Prefer: respond-async`.", ""]
 for path, item in document["paths"].items():
     for method, operation in item.items():
         lines += [f"## {method.upper()} {path}", "", f"{operation['summary']}. Role: {operation['x-role'] or 'none, open to all'}.", ""]

@@ -5,10 +5,14 @@
 Usage: web_test.py OBSCURAD OBSCURA OBSCURA-WEB SOURCE-DIRECTORY [MUTATED-REQUESTS (5000)]
 Exit status 1 if a check failed.
 """
+import gzip
 import json
+import os
 import pathlib
 import random
 import re
+import resource
+import shutil
 import socket
 import subprocess
 import sys
@@ -40,6 +44,30 @@ def wait_for(condition):
     return False
 
 
+def alive(server):
+    """Whether health is told; a connection that is closed at once is none."""
+    try:
+        return server.ask("/livez", token="").status == 200
+    except OSError:
+        return False
+
+
+def dripped(server):
+    """Whether the server ends a connection whose request comes a byte at a time."""
+    with socket.create_connection(("127.0.0.1", server.port), PATIENCE_S) as client:
+        client.settimeout(0.05)
+        for byte in b"GET / HTTP/1.1\r\nX: " + b"a" * 2000:
+            try:
+                client.sendall(bytes([byte]))
+                if not client.recv(100):
+                    return True
+            except TimeoutError:
+                continue
+            except OSError:
+                return True
+    return False
+
+
 class Web(web_server.Web):
     def __init__(self, *arguments):
         super().__init__(web, *arguments)
@@ -67,7 +95,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     check("the state is that of the daemon", state["daemons"][0].keys() == told.keys() and
           state["daemons"][0]["daemon"]["pid"] == daemon.pid, state)
     # Of two instants: latencies have their lines once there is one.
-    check("the metrics are those of obscura metrics", wait_for(lambda: [line for line in one.ask("/metrics").text.splitlines() if line.startswith("#")] ==
+    check("the metrics are those of obscura metrics, and its own", wait_for(lambda: [
+        line for line in one.ask("/metrics").text.splitlines() if line.startswith("#") and " obscura_web_" not in line] ==
           [line for line in subprocess.run([obscura, "metrics", "--socket", path], capture_output=True, text=True,
                                            check=True).stdout.splitlines() if line.startswith("#")]))
     ready = one.ask("/readyz")
@@ -82,12 +111,46 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
         stream = b""
         while b"data: {" not in stream:
             stream += client.recv(4096)
-        check("and comes as a stream", b"text/event-stream" in stream and b"id: 1\n" in stream, stream)
+        check("and comes as a stream", b"text/event-stream" in stream and re.search(rb"\nid: 1-[0-9a-f]{8}\ndata: {", stream), stream)
+    streams = Web("--socket", path)  # streams whose clients have gone count until something is written to them
+
+    def stream_after(last):
+        """Begin of the stream of a client that was cut off after that event."""
+        with socket.create_connection(("127.0.0.1", streams.port), PATIENCE_S) as client:
+            client.sendall(f"GET /api/v1/events?after=0 HTTP/1.1\r\nHost: localhost:{streams.port}\r\nAuthorization: Bearer {streams.token}\r\n"
+                           f"Last-Event-ID: {last}\r\n\r\n".encode())
+            text = b""
+            while b" 400 " not in text and (b"\nid: " not in text or not text.endswith(b"\n")):
+                text += client.recv(4096)
+            return text.decode()
+    run = re.search(r"\nid: 1-([0-9a-f]{8})\n", stream_after("0")).group(1)
+    check("a stream goes on after the last event", f"\nid: 2-{run}\n" in stream_after(f"1-{run}") and "\nid: 1-" not in stream_after(f"1-{run}") and
+          f"\nid: 3-{run}\n" in stream_after("2"))
+    check("ids of another run are not those of this one", re.search(r'event: lost\r?\ndata: {"lost":null}\n\nid: 1-', stream_after("2-0123abcd")))
+    for wrong in "x", "-1", "1_2", "99999999999999999999999":
+        check(f"Last-Event-ID: {wrong} is refused", " 400 " in stream_after(wrong).splitlines()[0])
+    streams.end()
     page = one.ask("/", token="")
     check("the page needs no token and allows no other origin", page.status == 200 and
           "default-src 'none'" in page.headers["Content-Security-Policy"] and page.headers["X-Content-Type-Options"] == "nosniff")
     for name in "page.js", "page.css":
         check(f"{name} is the source's", one.ask(f"/{name}").text == (source / "web/page" / name).read_text())
+    check("nor may another page show it in a frame", "frame-ancestors 'none'" in page.headers["Content-Security-Policy"] and
+          page.headers["X-Frame-Options"] == "DENY")
+    version = re.search(r'src="(\w+)/page.js"', page.text).group(1)
+    for coding, wanted in {"identity": None, "gzip": "gzip", "gzip, deflate, br": "gzip", "br;q=1, gzip;q=0": None, "*;q=0.5": "gzip", "gzip;q=x": None}.items():
+        answer = one.ask("/page.js", token="", Accept_Encoding=coding)
+        content = gzip.decompress(answer.content) if wanted else answer.content
+        check(f"Accept-Encoding: {coding}: the same bytes", answer.headers["Content-Encoding"] == wanted and answer.headers["Vary"] == "Accept-Encoding" and
+              content == (source / "web/page/page.js").read_bytes(), answer.headers)
+        again = one.ask("/page.js", token="", Accept_Encoding=coding, If_None_Match=answer.headers["ETag"])
+        check("which are not sent again", again.status == 304 and not again.content and again.headers["ETag"] == answer.headers["ETag"], again.headers)
+    kept = one.ask(f"/{version}/vendor/preact-htm.js", token="", Accept_Encoding="gzip")
+    check("files below the page's hash stay as they are", kept.status == 200 and "immutable" in kept.headers["Cache-Control"] and
+          one.ask("/page.js", token="").headers["Cache-Control"] == "no-cache" and one.ask(f"/{version[:-1]}0x/page.js", token="").status == 404)
+    sizes = [len(one.ask(file, token="", Accept_Encoding="gzip").content) for file in ["/"] + [
+        f"/{path.relative_to(source / 'web/page')}" for path in (source / "web/page").rglob("*.*") if path.suffix in (".js", ".css", ".svg")]]
+    check("all of the page is at most 90 kB", 10 < len(sizes) and sum(sizes) <= 90000, sizes)
     head = one.ask("/", method="HEAD", token="")
     check("HEAD has the length and no body", head.status == 200 and int(head.headers["Content-Length"]) == len(page.text.encode()) and not head.text)
 
@@ -122,13 +185,32 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
                        "a negative length": good + b"Content-Length: -1\r\n\r\n"}.items():
         answer = rude.raw(data)
         check(f"{what}: refused, and the connection ends", not answer or answer.split()[1] in (b"400", b"413", b"431"), answer[:200])
+    def whole_of_refused():
+        """Whether all of a body can be sent although the answer is there, and no reset takes that back."""
+        with socket.create_connection(("127.0.0.1", rude.port), PATIENCE_S) as client:
+            try:
+                client.sendall(good + b"Content-Length: 300000\r\n\r\n")
+                answer = client.recv(65536)
+                for _ in range(30):
+                    client.sendall(b"c" * 10000)
+                while part := client.recv(65536):
+                    answer += part
+            except OSError:
+                return False
+            return answer.startswith(b"HTTP/1.1 413 ")
+    check("what a refused client still sends is read for a while", sum(whole_of_refused() for _ in range(10)) >= 8)  # a second, which may pass
     check("two hosts are none", b" 421 " in rude.raw(good + b"Host: localhost\r\nConnection: close\r\n\r\n"))
     dice = random.Random(11)
     body = b'{"Gain": 3, "TriggerSource": "Software", "x": [1, {"y": null}]}'
     wholes = [good + b"Connection: close\r\n\r\n",
               good.replace(b"GET /api/v1/state", f"PATCH /api/v1/cameras/{daemon.pid}-0/features?force=false".encode()) +
               b"Content-Type: application/json\r\nConnection: close\r\nContent-Length: %d\r\n\r\n" % len(body) + body]
+    slowest_s = 0
     for number in range(MUTATED):
+        if number % 500 == 0:
+            begin = time.monotonic()
+            rude.ask("/livez", token="")
+            slowest_s = max(slowest_s, time.monotonic() - begin)
         data = bytearray(wholes[number % 2])
         for _ in range(dice.randrange(1, 6)):
             at = dice.randrange(len(data))
@@ -145,6 +227,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
                 pass
     check(f"{MUTATED} mutated requests are survived", rude.process.poll() is None and rude.ask("/livez").status == 200)
     check("its memory stays below 64 MiB", rude.resident_mib() < 64, rude.resident_mib())
+    print(f"# {rude.resident_mib():.1f} MiB; longest answer of /livez meanwhile: {1e3 * slowest_s:.1f} ms")
     check("it ends well", rude.end() == 0)
 
     idle = [socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) for _ in range(16)]
@@ -154,9 +237,60 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     for client in idle + many:
         client.close()
     check("and all once they have gone", wait_for(lambda: one.ask("/api/v1/state").status == 200))
+    # From many addresses, so that one address's limit does not keep them out.
+    crowd = []
+    for number in range(1000):
+        client = socket.socket()
+        client.bind((f"127.0.1.{1 + number % 250}", 0))
+        client.settimeout(PATIENCE_S)
+        client.connect(("127.0.0.1", one.port))
+        crowd.append(client)
+    check("beside 1000 idle sockets health is told", wait_for(lambda: alive(one)) and one.resident_mib() < 64, one.resident_mib())
+    begin = time.monotonic()
+    alive(one)
+    print(f"# beside 1000 idle sockets: {one.resident_mib():.1f} MiB, /livez {1e3 * (time.monotonic() - begin):.1f} ms")
+    for client in crowd:
+        client.close()
+    check("and all once they have gone", wait_for(lambda: one.ask("/api/v1/state").status == 200))
     slow = socket.create_connection(("127.0.0.1", one.port), PATIENCE_S)
     slow.sendall(b"GET / HTTP/1.1\r\nHost: lo")
     check("a header that does not come in time ends the connection", slow.recv(10) == b"")
+    check("nor does one that comes byte by byte keep it", dripped(one))
+
+    # Its own metrics.
+    values = dict(re.findall(r"^(obscura_web_\S+) (\S+)$", one.ask("/metrics").text, re.M))
+    before = {key: float(value) for key, value in values.items()}
+    for _ in range(3):
+        one.ask("/api/v1/me")
+    one.ask("/nowhere")
+    after = {key: float(value) for key, value in re.findall(r"^(obscura_web_\S+) (\S+)$", one.ask("/metrics").text, re.M)}
+    grown = {key: value - before.get(key, 0) for key, value in after.items()}
+    check("requests are counted by route and status", grown['obscura_web_requests_total{route="me",code="200"}'] == 3 and
+          grown['obscura_web_requests_total{route="other",code="404"}'] == 1 and grown['obscura_web_requests_total{route="metrics",code="200"}'] == 1, grown)
+    check("and their bytes", 3 * 200 < grown["obscura_web_bytes_total"] < 200000, grown)
+    routes = set(re.findall(r'route="([^"]*)"', " ".join(after)))
+    check("labels are those of the table", routes <= {o["operationId"] for item in json.loads(one.ask("/api/v1/openapi.json").text)["paths"].values()
+                                                      for o in item.values()} | {"other", "live", "unreadable"}, routes)
+    families = set(re.findall(r"^# TYPE (obscura_web_\S+)", one.ask("/metrics").text, re.M))
+    check("their names are those of docs/monitor.md, and those that the alert rules and the dashboard use", families == set(
+        re.findall(r"`(obscura_web_[a-z_]+)", (source / "docs/monitor.md").read_text())) and set(
+        re.findall(r"obscura_web_[a-z_]+", "".join((source / "config/monitoring" / f).read_text() for f in ("alerts.yml", "dashboard.json")))) <= families, families)
+    if shutil.which("promtool"):
+        told = subprocess.run(["promtool", "check", "metrics"], input=one.ask("/metrics").text, capture_output=True, text=True)
+        check("promtool has nothing to say", told.returncode == 0, told.stdout + told.stderr)
+
+    # A client that cannot be accepted waits on, and the server must not try again and again.
+    limits = resource.prlimit(one.process.pid, resource.RLIMIT_NOFILE)
+    resource.prlimit(one.process.pid, resource.RLIMIT_NOFILE, (len(os.listdir(f"/proc/{one.process.pid}/fd")) + 2, limits[1]))
+    many = [socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) for _ in range(8)]
+    time.sleep(0.5)
+    before = one.processor_s()
+    time.sleep(1)
+    check("without descriptors it rests", one.processor_s() - before < 0.5, one.processor_s() - before)
+    resource.prlimit(one.process.pid, resource.RLIMIT_NOFILE, limits)
+    for client in many:
+        client.close()
+    check("and serves once there are some", wait_for(lambda: one.ask("/api/v1/state").status == 200))
 
     daemon.kill()
     daemon.wait()

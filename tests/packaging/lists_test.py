@@ -4,6 +4,7 @@
 import fnmatch
 import pathlib
 import re
+import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -37,6 +38,13 @@ programs_only = {"libboost-dev", "libcurl4-openssl-dev"}  # of which no installe
 for package in needed:
     if package.endswith("-dev") and package not in development | programs_only:
         complaints.append(f"debian/control: Depends of obscura-dev lacks {package} of scripts/packages.txt")
+
+# cmake/Dependencies.cmake is installed: what it requires, a program that uses obscura-dev must find.
+for module in re.findall(r"^pkg_check_modules\(\w+ REQUIRED (?:IMPORTED_TARGET )?([\w.+-]+)\)", (ROOT / "cmake/Dependencies.cmake").read_text(), re.MULTILINE):
+    folder = subprocess.run(["pkg-config", "--variable=pcfiledir", module], capture_output=True, text=True).stdout.strip()
+    owner = subprocess.run(["dpkg", "-S", f"{folder}/{module}.pc"], capture_output=True, text=True).stdout.partition(":")[0]
+    if owner and owner not in development:
+        complaints.append(f"debian/control: Depends of obscura-dev lacks {owner}, whose {module}.pc cmake/Dependencies.cmake requires")
 
 # Each program and unit is in the list of one package: lists of whole folders would put it into two.
 programs = [name for lists in [*ROOT.glob("*/**/CMakeLists.txt"), *ROOT.glob("cmake/*.cmake")] if lists.relative_to(ROOT).parts[0] != "build"

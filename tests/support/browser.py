@@ -10,7 +10,9 @@ import subprocess
 import tempfile
 import time
 
-PATIENCE_S = 120
+from children import Child
+from window import PATIENCE_S, WATCH_POLICY, Window
+
 KEYS = {"Tab": 9, "Enter": 13, " ": 32, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Escape": 27}
 
 
@@ -19,7 +21,7 @@ def missing():
     return "" if shutil.which("chromium") else "Chromium is not installed (Debian package chromium)"
 
 
-class Browser:
+class Browser(Window):
     """One page. `complaints`: what the console, the content security policy and uncaught errors have said."""
 
     def __init__(self, width=1280, height=900, arguments=()):
@@ -27,7 +29,7 @@ class Browser:
         commands_read, self.out = os.pipe()
         self.into, answers_write = os.pipe()
         # The numbers of the pipe's ends are the browser's: 3 and 4.
-        self.process = subprocess.Popen(
+        self.process = Child(
             ["sh", "-c", f'exec "$@" 3<&{commands_read} 4>&{answers_write}', "sh", "chromium", "--headless=new", "--no-sandbox", "--disable-gpu",
              "--hide-scrollbars", "--no-first-run", "--disable-background-networking", "--remote-debugging-pipe",
              f"--user-data-dir={self.profile.name}", f"--window-size={width},{height}", *arguments],
@@ -40,6 +42,7 @@ class Browser:
         self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in "Page", "Runtime", "Log", "Audits":
             self.call(f"{domain}.enable")
+        self.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH_POLICY)
         self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=self.downloads.name)
         self.resize(width, height)
 
@@ -101,21 +104,9 @@ class Browser:
             raise RuntimeError(f"{script}: {told['exceptionDetails'].get('exception', {}).get('description')}")
         return told["result"].get("value")
 
-    def wait_for(self, script, patience_s=PATIENCE_S):
-        """First true value of an expression; None after the patience."""
-        end = time.monotonic() + patience_s
-        while time.monotonic() < end:
-            if (value := self.evaluate(script)) not in (None, False, 0, ""):  # an element comes as {}
-                return value or True
-            time.sleep(0.05)
-        return None
-
     def open(self, url):
         self.call("Page.navigate", url=url)
         self.wait_for("document.readyState === 'complete'")
-
-    def text(self, selector):
-        return self.evaluate(f"document.querySelector({json.dumps(selector)})?.textContent ?? null")
 
     def press(self, key, shift=False):
         code = KEYS.get(key, ord(key[0].upper()))

@@ -25,6 +25,7 @@ BOUNDS_US = [b * 10**d for d in range(6) for b in (1, 2, 5)] + [1e6]
 WIDTH, HEIGHT, BITS, BLACK_DN, GAIN_DN_PER_E = 640, 512, 12, 64, 0.08
 SUN = (-0.62, -0.55, 0.56)
 CENTRE, RADIUS = (372.25, 287.75), 118.5
+FIRST_ID, AGE_NS = 90000, 123_000_000  # ids of frames are not their numbers
 
 
 def known_frame():
@@ -93,9 +94,32 @@ def first_features():
     ]}
 
 
+def device_features():
+    """Features that only the GigE Vision side has, some of them."""
+    def row(name, category, type, value, **more):
+        return {"name": name, "category": category, "type": type, "value": value, "visibility": "Beginner", "writable": True, "locked": False, **more}
+    sets = ["Default", "UserSet1"]
+    return {r["name"]: r for r in [
+        row("DeviceModelName", "DeviceControl", "string", "Obscura", writable=False),
+        row("DeviceUserID", "DeviceControl", "string", "bench 3"),
+        row("DeviceTemperature", "DeviceControl", "float", 20.0, unit="C", writable=False, visibility="Expert", help="Sensor temperature as configured"),
+        row("DeviceReset", "DeviceControl", "command", None, visibility="Guru"),
+        row("Width", "ImageFormatControl", "integer", WIDTH),
+        row("TriggerMode[FrameStart]", "AcquisitionControl", "enumeration", "On", entries=["Off", "On"]),
+        row("TriggerMode[AcquisitionStart]", "AcquisitionControl", "enumeration", "Off", entries=["Off", "On"], locked=True),
+        row("CounterValue[Counter0]", "CounterAndTimerControl", "integer", 0, min=0, max=4294967295),
+        row("UserSetSelector", "UserSetControl", "enumeration", "Default", entries=sets),
+        row("UserSetLoad", "UserSetControl", "command", None),
+        row("UserSetSave", "UserSetControl", "command", None),
+        row("UserSetDefault", "UserSetControl", "enumeration", "Default", entries=sets),
+        row("GevSCPSPacketSize", "GigEVision", "integer", 1500, unit="B", min=576, max=9000, writable=False),
+    ]}
+
+
 FAULT_PARAMETERS = [
     {"name": "kind", "type": "string", "required": True, "help": "What goes wrong"}, {"name": "percent", "unit": "%", "default": 100, "help": "Share that is struck"}, {"name": "first", "default": 1, "help": "First frame or command"},
     {"name": "last", "default": 0, "help": "Last one; 0: no end"}, {"name": "every", "default": 1, "help": "Only every so many"},
+    {"name": "seed", "type": "integer", "default": "0", "help": "Seed of random choices; 0: that of the daemon"},
     {"name": "burst_packets", "default": 1, "help": "Packets in a row"}, {"name": "amount", "default": 1, "help": "us or ids"}]
 KINDS = [{"name": name, "help": help} for name, help in [("lose", "Payload packets are withheld when first sent; a resend brings them"), ("lose_for_good", "Payload packets are withheld, also in resends"),
                        ("skip_frame", "The frame is not sent"), ("freeze_frame", "The picture of the last frame that was not struck"),
@@ -109,8 +133,11 @@ class PageDouble:
     def __init__(self, folder, role="operator", port=0):
         self.folder, self.role, self.asked, self.refuse, self.runs = pathlib.Path(folder).resolve(), role, [], {}, True
         self.pixels, self.cache = known_frame(), {}
+        self.jpeg, self.truth_of = None, None  # what views with "auto" get; the frame whose truth was asked for last
+        self.kept, self.probed = {}, None  # frames that were shown: (pixels, width, height)
         self.histogram = histogram_of(self.pixels)
         self.features, self.acquiring, self.controller, self.shown = first_features(), True, "", "demo"
+        self.device, self.log_level, self.lockstep, self.pixel_deg = device_features(), "info", False, 0.01
         self.rules, self.frame, self.first, self.lock = [], 811, time.monotonic(), threading.Condition()
         self.dice, self.timing, self.sockets = random.Random(3), [], []
         for frame in range(400, self.frame + 1):
@@ -169,28 +196,51 @@ class PageDouble:
         edge, first, last, worst = (self.TIMING_COLUMNS.index(n) for n in ("edge_ns", "first_ns", "last_ns", "worst_row_ns"))
         rows, late = self.timing, sum(r[13] > 0 for r in self.timing)
         frames = len(rows)
-        verdict = ({"health": "idle", "text": "idle: no client is in control"} if not self.acquiring
+        verdict = ({"health": "idle", "text": "idle: the acquisition is stopped, no client is in control"} if not self.acquiring
                    else {"health": "good", "text": f"on time: 0 late rows in {min(300, frames)} frames, last 60 s"})
         camera = {"id": CAMERA, "address": "192.168.1.5:3956", "controller": self.controller, "acquiring": self.acquiring, "trigger_ready": True, "frame_id": self.frame,
                   "verdict": verdict, "recent": {"seconds": 60, "triggers": 300, "frames": 300, "complete": 300, "late": 0},
-                  "clock": {"state": "locked", "source": "pps"}, "trigger": {"refused": 0},
+                  "clock": {"state": "lockstep", "source": "simulator"} if self.lockstep else {"state": "locked", "source": "pps"}, "trigger": {"refused": 0},
                   "camera": {"run": 5, "triggers": frames + 3, "frames": frames, "complete": frames, "late": late, "late_rows": 12 * late, "stalled": 0, "stalled_rows": 0, "missed_triggers": 3,
                              "missed_because": {"lost_edge": 0, "chip_busy": 2, "rendering": 1, "latch_full": 0, "stopped": 0}, "ignored": 0, "dropped": 0, "abandoned": 0, "quality": {"degraded": 0}},
                   "latency_us": {"trigger_to_first_row": latencies([(r[first] - r[edge]) / 1e3 for r in rows]), "trigger_to_last_row": latencies([(r[last] - r[edge]) / 1e3 for r in rows]),
                                  "release_lateness": latencies([r[worst] / 1e3 for r in rows])},
                   "transports": {"gige": {"submitted": frames, "delivered": frames, "dropped": 0, "bytes": frames * 655360, "packets": frames * 455, "send_errors": 0, "resend_requests": 4,
-                                          "resent": 4, "controlled": bool(self.controller), "fault_strikes": {f"rule_{k + 1}_{r['kind']}": 7 for k, r in enumerate(self.rules)}},
-                                 "watch": {"delivered": frames, "dropped": 1}}}
+                                          "resent_packets": 4, 
+                                          "stream_to": "192.168.1.20:41000", "packet_bytes": 1500, "refused_packets": 0, "commands": {"received": 211, "denied": 0}, "refused_because": {"queue_full": 0},
+                                          **({"controller_silent_s": 0.31} if self.controller else {}), "fault_strikes": {f"rule_{k + 1}_{r['kind']}": 7 for k, r in enumerate(self.rules)}},
+                                 "v4l2": {"submitted": frames, "delivered": 0, "dropped": frames, "bytes": 0, "no_node": frames, "node": "/dev/video10",
+                                          "trouble": "v4l2: /dev/video10: No such file or directory"},
+                                 "file": {"submitted": frames, "delivered": frames, "dropped": 0, "bytes": frames * 655360, "directory": "/var/lib/obscura/frames", "disk_free_bytes": 212 * 2**30, "trouble": ""},
+                                 "watch": {"submitted": frames, "delivered": frames - 1, "dropped": 1}}}
         return {"age_s": 0.1, "web": {"version": "0.1.0", "latency_bounds_us": BOUNDS_US}, "error": "",
                 "daemons": [{"daemon": {"version": "0.1.0", "pid": 4711, "config": "/etc/obscura/<moon> &amp.toml", "up_s": time.monotonic() - self.first + 7800, "resident_mib": 344.2,
-                                        "log_lost": 0, "control": "/run/obscura/calls"},
-                             "threads": [{"name": n, "policy": p, "priority": q, "nice": 0, "cpu_s": c} for n, p, q, c in
-                                         [("obscurad", "other", 0, 3.1), ("release", "fifo", 75, 1.9), ("trigger", "fifo", 80, 0.4), ("render 0", "other", 0, 211.7), ("calls", "other", 0, 0.6)]],
-                             "scenes": {"shown": 0, "refused": 0}, "cameras": [camera]}]}
+                                        "log_lost": 0, "control": "/run/obscura/calls", "locked_mib": 340.1, "log_level": self.log_level,
+                                        "advice": ["Core 3 of the release thread is not isolated: isolcpus=domain,managed_irq,3 nohz_full=3 rcu_nocbs=3 on the kernel's command line.",
+                                                   "The kernel is no real-time one: apt install linux-image-rt-amd64."]},
+                             "threads": [{"name": n, "policy": p, "priority": q, "nice": 0, "cpu_s": c, "cores": cores, "processor": at} for n, p, q, c, cores, at in
+                                         [("obscurad", "other", 0, 3.1, "0-2", 0), ("release", "fifo", 75, 1.9, "3", 3), ("trigger", "fifo", 80, 0.4, "0-3", 2), ("render 0", "other", 0, 211.7, "0-1", 1),
+                                          ("calls", "other", 0, 0.6, "0-2", 2)]],
+                             "heartbeats": [{"name": "release", "age_s": 0.04, "silent": False}, {"name": "gige-stream", "age_s": 0.11, "silent": False}, {"name": "file-sink", "age_s": 2.2, "silent": True}],
+                             "ptp": {"locked": True, "offset_ns": -350, "path_delay_ns": 1240}, "scenes": {"shown": 0, "refused": 0}, "cameras": [camera]}]}
+
+    def probe(self, x, y, frame):
+        dn = self.kept[frame][0][y * self.kept[frame][1] + x]
+        inside = math.hypot(x - CENTRE[0], y - CENTRE[1]) < RADIUS
+        return {"frame": str(frame), "x": x, "y": y, "dn": dn, "electrons": {"estimated": (dn - BLACK_DN) / GAIN_DN_PER_E, "exact": 1234.5}, "formula": "(DN - 64) / 0.08",
+                "bands": [{"name": "red", "irradiance_w_m2": 2.5e-6}, {"wavelength_nm": 450, "irradiance_w_m2": 1.5e-6}], "irradiance_w_m2": 4e-6, "body": "asteroid" if inside else None,
+                "range_m": 39481.25 if inside else None, "latitude_deg": -12.25 if inside else None, "longitude_deg": 101.5 if inside else None, "incidence_deg": 33.5 if inside else None,
+                "emission_deg": 8.25 if inside else None, "phase_deg": 41.0, "row_mid_exposure_tai_ns": "1795000000000000000", "samples": 64}
 
     def truth(self):
-        return {"frame": str(self.frame), "bodies": [{"name": "asteroid", "x": CENTRE[0] - self.features["OffsetX"]["value"], "y": CENTRE[1] - self.features["OffsetY"]["value"],
-                                                      "radius_px": RADIUS, "range_m": 39500.2, "position_m": [0.0, 0.0, 0.0]}]}
+        x, y = CENTRE[0] - self.features["OffsetX"]["value"], CENTRE[1] - self.features["OffsetY"]["value"]
+        circle = [[x + RADIUS * math.cos(k * math.pi / 31), y + RADIUS * math.sin(k * math.pi / 31)] for k in range(62)]
+        lit = [p[0] * SUN[0] + p[1] * SUN[1] > x * SUN[0] + y * SUN[1] for p in circle]
+        return {"frame": str(self.frame), "camera_position_m": [0.0, 0.0, -39500.2], "camera_orientation": [1.0, 0.0, 0.0, 0.0], "sun_position_m": [1.1e11, 0.0, -1.0e11], "camera_pose_age_s": 0.04, "bodies_of": 1, "bodies": [{"name": "asteroid", "x": x, "y": y, "radius_px": RADIUS, "range_m": 39500.2, "position_m": [0.0, 0.0, 0.0],
+                                                                      "limb": [*circle, circle[0]], "limb_lit": [*lit, lit[0]],
+                                                                      "motion": {"start": {"x": x - 14, "y": y - 2}, "end": {"x": x + 14, "y": y + 2}}}],
+                "stars": [{"name": name, "x": sx, "y": sy, "magnitude": m} for name, sx, sy, m in (("Vega", 101.0, 83.5, 0.03), (None, 560.0, 66.0, 3.1), ("Deneb", 87.5, 451.0, 1.25))],
+                "windows": [{"name": "window 1", "x": 40, "y": 30, "w": 200, "h": 120}], "hot_pixels": [[300, 40], [601, 333]]}
 
     def answer(self, request):
         url = urllib.parse.urlsplit(request.path)
@@ -201,6 +251,9 @@ class PageDouble:
             return
         if not url.path.startswith("/api/"):
             file = (self.folder / (url.path.lstrip("/") or "index.html")).resolve()
+            if url.path == "/messages.txt":
+                self.send(request, 200, (self.folder.parents[1] / "systemd/obscura.catalog").read_bytes(), "text/plain; charset=utf-8")
+                return
             good = file.is_file() and self.folder in file.parents
             self.send(request, 200 if good else 404, file.read_bytes() if good else b"", TYPES.get(file.suffix, "text/plain"))
             return
@@ -229,6 +282,7 @@ class PageDouble:
             lines = [{"id": k + 1, "utc": f"2026-11-23T19:06:{k:02}.302Z", "level": "warning" if k == 3 else "info", "text": t} for k, t in enumerate(
                 ["obscurad 0.1.0 starting with /etc/obscura/<moon> &amp.toml", "camera 0: run word 5, the next one at each further acquisition", "real time: SCHED_FIFO and locked memory",
                  "clock: PPS lost for 1.2 s", "monitor: /run/obscura/obscurad-4711.socket"])]
+            lines[0]["message"] = "3d0b89f7f0eb3698a45f0b4fe970cb84"  # of the catalogue: obscurad … starting with …
             say({"events": [line for line in lines if line["id"] > int(query.get("after", 0))]})
         elif path == "audit":
             say({"last": len(self.asked), "changes": [{"id": k + 1, "utc": "2026-11-23T19:07:00Z", "who": self.role, "peer": "127.0.0.1", "what": p.rsplit("/", 1)[1], "camera": CAMERA,
@@ -238,7 +292,8 @@ class PageDouble:
         elif path == "features":
             for name in "Width", "Height", "PixelFormat":
                 self.features[name]["locked"] = self.acquiring
-            say({"features": list(self.features.values())})
+            say({"features": list(self.features.values()), "readout": {"frame_period_us": 98000.0, "max_rate_hz": 10.204, "readout_us": 97000.0, "row_us": 189.8, "windows": [
+                {"x": 0, "y": 0, "width": WIDTH, "height": HEIGHT, "exposure_requested_us": 16000.0, "exposure_min_us": 15940.0, "exposure_max_us": 15940.0, "reads": 1}]}})
         elif path == "acquisition":
             self.acquiring = body["running"]
             say({"running": self.acquiring})
@@ -253,25 +308,80 @@ class PageDouble:
             rows = self.timing[after:][:int(query.get("most", 64))]
             say({"columns": self.TIMING_COLUMNS, "rows": rows, "last": after + len(rows)})
         elif path == "faults":
+            wrong = next((k for k, r in enumerate((body or {}).get("rules", [])) if not 0 <= r.get("percent", 100) <= 100), None)
+            if wrong is not None:
+                self.problem(request, 422, f"faults.set: rules[{wrong}].percent: {body['rules'][wrong]['percent']}, allowed 0 to 100 %", f"rules[{wrong}].percent")
+                return
             if command == "PUT":
                 self.rules = body["rules"]
-            say({"kinds": KINDS, "parameters": FAULT_PARAMETERS, "rules": [{**r, "origin": "call", "struck": 7} for r in self.rules]})
+            say({"kinds": KINDS, "parameters": FAULT_PARAMETERS, "frame": self.frame, "rules": [{**r, "origin": "call", "struck": 7} for r in self.rules]})
         elif path == "truth":
-            say(self.truth())
+            self.truth_of = query.get("frame")
+            say({**self.truth(), "frame": self.truth_of or str(self.frame - 1)})  # the newest truth need not be that of the picture
         elif path == "scenes":
             say({"shown": self.shown, "scenes": ["demo", "moon", "moon-near"]})
-        elif path == "scene":
+        elif path == "scene" and command == "PUT":
             self.shown = body["file"]
             say({"shown": 1})
+        elif path == "scene":
+            self.describe(say)
+        elif path == "step":
+            say({"frame": self.frame, "outcome": "complete", "late_rows": 0})
+        elif path == "pose" and body["position_m"][0] > 1e6:
+            self.problem(request, 422, "pose: position_m: allowed up to 1e6 m", "position_m")
+        elif path == "pose" or path == "reload":
+            say({})
+        elif path == "release":
+            freed, self.controller = self.controller, ""
+            say({"controller": freed})
+        elif path == "log-level":
+            before, self.log_level = self.log_level, body["level"]
+            say({"level": self.log_level, "before": before})
+        elif path == "device" and command == "POST":
+            self.write_device(request, *next(iter(body.items())), say)
+        elif path == "device":
+            say({"features": list(self.device.values())})
+        elif path == "support-bundle":
+            self.send(request, 200, b"bundle", "application/zstd", {"Content-Disposition": 'attachment; filename="obscura-support-test.tar.zst"'})
         elif path == "configuration":
             say({"sha256": hashlib.sha256(b"").hexdigest(), "entries": [
-                {"key": "trigger.source", "value": "pps", "unit": "", "source": "/etc/obscura/moon.toml:9"}, {"key": "trigger.rate_hz", "value": "5", "unit": "Hz", "source": "--set"},
+                {"key": "trigger.source", "value": "pps", "unit": "", "default": "timer", "source": "/etc/obscura/moon.toml:9"}, {"key": "trigger.rate_hz", "value": "5", "unit": "Hz", "source": "--set"},
                 {"key": "sensor.detector.gain_dn_per_e", "value": str(GAIN_DN_PER_E), "unit": "DN/e-", "source": "/etc/obscura/moon.toml:31"},
                 {"key": "daemon.late_policy", "value": "wait", "unit": "", "source": "default"}]})
-        elif path.startswith("frames/latest."):
-            self.send(request, 200, self.pixels.tobytes(), "application/octet-stream", {"X-Obscura-Frame": str(self.frame)})
+        elif path.startswith("frames/"):
+            frame = int(path.split("/")[1].split(".")[0]) - FIRST_ID
+            if frame not in self.kept:
+                self.problem(request, 404, "this frame is not kept")
+                return
+            pixels, width, height = self.kept[frame]
+            self.send(request, 200, pixels.tobytes(), "application/octet-stream",
+                      {"X-Obscura-Frame": str(frame), "X-Obscura-Width": str(width), "X-Obscura-Height": str(height), "X-Obscura-Rows": str(height), "X-Obscura-Bits": str(BITS)})
+        elif path == "probe":
+            self.probed = query
+            say(self.probe(int(query["x"]), int(query["y"]), int(query["frame"])))
         else:
             self.problem(request, 404, "the paths are: ...")
+
+    def describe(self, say):
+        def placed(name, parent="", **more):
+            return {"name": name, "parent": parent, "motion": "trajectory", "source": "scene", "poses_received": 0, "newest_pose_s": None, **more}
+        say({"name": "", "file": "/usr/share/obscura/scenes/demo.toml", "scene_time": "nominal", "dated": True, "sun": {"shines": True, "moves": False},
+             "camera": {**placed("camera"), "source": "simulator", "poses_received": 118, "newest_pose_s": 23.5, "width": WIDTH, "height": HEIGHT, "focal_length_m": 0.8, "projection": "pinhole",
+                        "field_of_view_deg": [WIDTH * self.pixel_deg, HEIGHT * self.pixel_deg]},
+             "bodies": [placed("asteroid", shape="sphere", material="hapke", motion="fixed, spinning"), placed("lander", "asteroid", shape="mesh", material="lambert")],
+             "lamps": [placed("flash", "lander")],
+             "simulator": {"listen": "127.0.0.1:5003", "connections": 1, "poses": 118, "steps": 0, "refused": 0}})
+
+    def write_device(self, request, name, value, say):
+        row = self.device.get(name)
+        if row is None or not row["writable"]:
+            self.problem(request, 422, f"device.set: {name}: cannot be written here", "name")
+        elif name == "DeviceUserID" and len(value) > 16:
+            self.problem(request, 422, "device.set: DeviceUserID: allowed are up to 16 printable ASCII characters", name)
+        else:
+            if row["type"] != "command":
+                row["value"] = value
+            say({"written": name})
 
     def change(self, request, body, say):
         if self.controller:
@@ -293,8 +403,9 @@ class PageDouble:
         request.end_headers()
         request.wfile.write(body)
 
-    def problem(self, request, status, detail):
-        self.send(request, status, json.dumps({"type": "urn:obscura:double", "title": "no", "status": status, "detail": detail}).encode(), "application/problem+json")
+    def problem(self, request, status, detail, field=""):
+        errors = {"errors": [{"field": field, "detail": detail}]} if field else {}
+        self.send(request, status, json.dumps({"type": "urn:obscura:double", "title": "no", "status": status, "detail": detail, **errors}).encode(), "application/problem+json")
 
     # WebSocket: frames of RFC 6455 as far as the page sends them, which are short.
 
@@ -358,9 +469,13 @@ class PageDouble:
         key = (left + x, top + y, w, h, view["bin"], view["reduce"])
         if key not in self.cache:
             self.cache[key] = reduced(self.pixels, *key).tobytes()
-        head = struct.pack("<4sHHIIQQqHHHHHBBBBHIHH", b"OBSV", 1, 64, 0, 0, frame, frame, 1_795_000_000_000_000_000 + frame * 200_000_000, x, y, w, h, view["bin"],
-                           int(view["reduce"] == "mean"), 0, BITS, 0, height, skipped, width, height)
-        return head + self.cache[key]
+        if frame not in self.kept:
+            self.kept[frame] = reduced(self.pixels, left, top, width, height, 1, "max"), width, height
+        jpeg = self.jpeg if view["enc"] == "auto" else None
+        edge = 1_795_000_000_000_000_000 + frame * 200_000_000
+        head = struct.pack("<4sHHIIQQqHHHHHBBBBHIHHQq", b"OBSV", 1, 80, 0, 0, frame, frame, edge, x, y, w, h, view["bin"],
+                           int(view["reduce"] == "mean"), int(jpeg is not None), BITS, 0, height, skipped, width, height, FIRST_ID + frame, edge + AGE_NS)
+        return head + (jpeg or self.cache[key])
 
 
 if __name__ == "__main__":

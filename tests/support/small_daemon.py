@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A small camera for tests of programs that ask daemons: 64 x 48 pixels, frames to files, a monitor socket."""
+"""A small camera for tests of programs that ask daemons: few pixels, frames to files, a monitor socket."""
 import pathlib
 import shutil
 import subprocess
 
+from children import Child
+
 
 class SmallDaemon:
-    """Its files in a folder. `tables`: further text of its configuration, which begins within [sensor.readout]."""
+    """Its files in a folder. `tables`: further text of its configuration, which begins within [sensor.readout]; `trigger`: of [trigger];
+    `gige`: of [gige]; without it there is no GigE Vision."""
 
-    def __init__(self, folder, obscurad, source, name="obscurad.toml", rate_hz=10, tables=""):
+    def __init__(self, folder, obscurad, source, name="obscurad.toml", rate_hz=10, tables="", trigger="", gige="enabled = false", size=(64, 48)):
         folder = pathlib.Path(folder)
         (folder / "frames").mkdir()
         shutil.copy(pathlib.Path(source) / "tests/support/light_scene.toml", folder / "scene.toml")
@@ -17,8 +20,9 @@ class SmallDaemon:
 file = "scene.toml"
 [trigger]
 rate_hz = {rate_hz}
+{trigger}
 [gige]
-enabled = false
+{gige}
 [file]
 enabled = true
 format = "raw"
@@ -26,10 +30,10 @@ directory = "{folder / 'frames'}"
 [monitor]
 socket = "{self.socket}"
 [sensor.readout]
-width = 64
-height = 48
+width = {size[0]}
+height = {size[1]}
 {tables}""")
 
     def start(self, *arguments):
         """The process; its output is not kept."""
-        return subprocess.Popen([self.obscurad, "--config", self.config, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return Child([self.obscurad, "--config", self.config, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

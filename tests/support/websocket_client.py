@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 import os
+import select
 import socket
 import struct
 
@@ -83,8 +84,8 @@ class WebSocket:
     def send_json(self, message):
         self.send(json.dumps(message).encode())
 
-    def receive(self, timeout=60):
-        """(opcode, payload) of the next text or binary message; answers pings."""
+    def receive(self, timeout=60, tell_pings=False):
+        """(opcode, payload) of the next text or binary message; answers pings, and returns them too if they are to be told."""
         self.socket.settimeout(timeout)
         message, kind = b"", None
         while True:
@@ -99,6 +100,8 @@ class WebSocket:
             payload, opcode = self._take(length), first & 0x0F
             if opcode == PING:
                 self.send(payload, PONG)
+                if tell_pings and kind is None:
+                    return PING, payload
             elif opcode == CLOSE:
                 code = struct.unpack(">H", payload[:2])[0] if payload else None
                 raise Closed(code, payload[2:].decode())
@@ -112,8 +115,8 @@ class WebSocket:
         self.socket.close()
 
 
-HEADER = struct.Struct("<4sHHIIQQqHHHHHBBBxHIHH")
-NAMES = ("magic version header_bytes camera flags frame trigger edge_tai_ns x y w h bin reduce encoding bits rows skipped width height").split()
+HEADER = struct.Struct("<4sHHIIQQqHHHHHBBBxHIHHQq")
+NAMES = ("magic version header_bytes camera flags frame trigger edge_tai_ns x y w h bin reduce encoding bits rows skipped width height id made_tai_ns").split()
 
 
 class Viewer(WebSocket):
@@ -132,16 +135,29 @@ class Viewer(WebSocket):
 
     def picture(self, timeout=60):
         """(header as a dictionary, pixels as a tuple) of the next picture; texts before it go to `texts`."""
-        while True:
-            kind, message = self.receive(timeout)
-            if kind == TEXT:
-                self.texts.append(json.loads(message))
-                continue
-            header = dict(zip(NAMES, HEADER.unpack_from(message)))
-            assert header["magic"] == b"OBSV" and header["version"] == 1 and header["header_bytes"] == HEADER.size == 64, header
-            count = -(-header["w"] // header["bin"]) * -(-header["h"] // header["bin"])
-            assert len(message) == 64 + 2 * count, (header, len(message))
-            return header, struct.unpack_from(f"<{count}H", message, 64)
+        while not (picture := self._take_message(timeout)):
+            pass
+        return picture
+
+    def picture_within(self, seconds):
+        """The next picture, if messages up to it begin to come within that time each; else None, and nothing of it is lost."""
+        while self.input or select.select([self.socket], [], [], seconds)[0]:
+            if picture := self._take_message(60, tell_pings=True):
+                return picture
+        return None
+
+    def _take_message(self, timeout, tell_pings=False):
+        kind, message = self.receive(timeout, tell_pings)
+        if kind == PING:
+            return None
+        if kind == TEXT:
+            self.texts.append(json.loads(message))
+            return None
+        header = dict(zip(NAMES, HEADER.unpack_from(message)))
+        assert header["magic"] == b"OBSV" and header["version"] == 1 and header["header_bytes"] == HEADER.size == 80, header
+        count = -(-header["w"] // header["bin"]) * -(-header["h"] // header["bin"])
+        assert len(message) == HEADER.size + 2 * count, (header, len(message))
+        return header, struct.unpack_from(f"<{count}H", message, HEADER.size)
 
     def text(self, kind, timeout=60):
         """The next text of that kind, of those that came before or come; pictures are passed over."""

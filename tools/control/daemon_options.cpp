@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/daemon_options.hpp"
 
-#include "tools/control/http_calls.hpp"
 #include "tools/control/native_calls.hpp"
 #include "tools/support/monitor_client.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
-#include <cstdlib>
-#include <fstream>
 #include <utility>
 
 namespace obscura::tools {
@@ -22,15 +19,7 @@ void DaemonOptions::declare(CommandLine& line, Has has) {
     line.option("--control", &control_, "ADDRESS",
                 "Call the daemon at its control.unix_socket or control.listen, a path or HOST:PORT, without "
                 "looking for it");
-    line.option(
-        "--url", &url_, "URL",
-        "Call the daemon behind an obscura-web on another machine, https://HOST:8420, or a link as obscura "
-        "web prints it; else its token comes from --token-file or the environment variable OBSCURA_TOKEN");
-    line.option("--token-file", &token_file_, "FILE",
-                "File of the token that a daemon with control.token_file wants; with --url: file whose first "
-                "line is the token of obscura-web");
-    line.option("--cacert", &authority_, "FILE",
-                "With --url: certificates that are trusted, instead of those of the system");
+    url_.declare(line, "File of the token that a daemon with control.token_file wants; ");
 }
 
 std::string DaemonOptions::control_address(std::string_view verb) const {
@@ -46,30 +35,14 @@ std::string DaemonOptions::control_address(std::string_view verb) const {
     return address;
 }
 
-std::unique_ptr<DaemonCalls> DaemonOptions::connect_over_web(std::string_view verb, double patience_s) const {
-    HttpOptions options{
-        .url = url_, .token = {}, .authority = authority_, .camera = camera_, .patience_s = patience_s};
+std::unique_ptr<DaemonCalls> DaemonOptions::connect(std::string_view verb, double patience_s) const {
+    if (!url_.given()) return connect_natively(verb, control_address(verb), {patience_s, url_.token_file()});
     if (!control_.empty() || !socket_.empty())
         throw UsageError(fmt::format("obscura {}: --url excludes --control and --socket", verb));
-    // A link as `obscura web` prints it has the token behind it.
-    constexpr std::string_view mark = "/#token=";
-    if (const std::size_t at = url_.find(mark); at != std::string::npos) {
-        options.token = url_.substr(at + mark.size());
-        options.url.erase(at);
-    } else if (token_file_.empty()) {
-        const char* const token = std::getenv("OBSCURA_TOKEN");
-        options.token = token == nullptr ? "" : token;
-    } else {
-        std::ifstream in(token_file_);
-        if (!std::getline(in, options.token))
-            throw InputError(fmt::format("obscura {}: --token-file {}: cannot be read", verb, token_file_));
-    }
-    return connect_by_http(verb, std::move(options));
-}
-
-std::unique_ptr<DaemonCalls> DaemonOptions::connect(std::string_view verb, double patience_s) const {
-    if (!url_.empty()) return connect_over_web(verb, patience_s);
-    return connect_natively(verb, control_address(verb), {patience_s, token_file_});
+    HttpOptions options = url_.http(verb);
+    options.camera = camera_;
+    options.patience_s = patience_s;
+    return connect_by_http(verb, options);
 }
 
 std::string refusal_line(std::string_view verb, std::string_view call, std::string message,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tools/control/daemon_calls.hpp"
+#include "tools/control/url_options.hpp"
 #include "tools/support/command_line.hpp"
 
 #include <cstdint>
@@ -27,14 +28,14 @@ public:
     [[nodiscard]] CallJson fields() const { return {{"camera", camera_}}; }
     [[nodiscard]] std::uint32_t camera() const noexcept { return camera_; }
     [[nodiscard]] const std::string& socket() const noexcept { return socket_; }
+    /// The daemon is asked through obscura-web.
+    [[nodiscard]] bool over_web() const noexcept { return url_.given(); }
 
 private:
     [[nodiscard]] std::string control_address(std::string_view verb) const;
 
-    [[nodiscard]] std::unique_ptr<DaemonCalls> connect_over_web(std::string_view verb,
-                                                                double patience_s) const;
-
-    std::string socket_, control_, token_file_, url_, authority_;
+    std::string socket_, control_;
+    UrlOptions url_;
     std::uint32_t camera_ = 0;
 };
 

@@ -21,6 +21,6 @@ struct HttpOptions {
 
 /// Asks the server for its daemon, which must be the only one behind it. Certificates are verified. `verb`
 /// stands in front of messages. Throws UsageError, HardwareError, CallError.
-[[nodiscard]] std::unique_ptr<DaemonCalls> connect_by_http(std::string_view verb, HttpOptions options);
+[[nodiscard]] std::unique_ptr<DaemonCalls> connect_by_http(std::string_view verb, const HttpOptions& options);
 
 } // namespace obscura::tools

@@ -71,15 +71,6 @@ private:
 
 } // namespace
 
-ExitStatus CallError::status_of(std::string_view code) {
-    if (code == "controlled" || code == "busy") return exit_controlled;
-    if (code == "forbidden" || code == "no-hello") return exit_not_allowed;
-    if (code == "bad-argument" || code == "bad-scene" || code == "too-large") return exit_config;
-    if (code == "unknown-call" || code == "bad-message") return exit_hardware;
-    if (code == "bad-use") return exit_no_input;
-    return exit_failure;
-}
-
 std::unique_ptr<DaemonCalls> connect_natively(std::string_view verb, const std::string& address,
                                               const NativeOptions& options) {
     const bool is_path = address.find('/') != std::string::npos;

@@ -8,6 +8,11 @@
 #include <fmt/ranges.h>
 
 namespace obscura::tools {
+namespace {
+
+constexpr std::string_view json_format = "json";
+
+} // namespace
 
 FrameNames::FrameNames(std::string_view verb, const std::string& output, const std::string& format,
                        bool several)
@@ -22,11 +27,11 @@ FrameNames::FrameNames(std::string_view verb, const std::string& output, const s
     if (!is_folder_ && !format.empty() && format != wanted)
         throw UsageError(
             fmt::format("obscura {}: --format {} does not fit --output {}", verb, format, output));
-    const auto known = enum_named<images::FrameFormat>(wanted);
-    if (!known)
-        throw UsageError(fmt::format("obscura {}: --output {}: allowed are files ending in .{}, or a folder",
-                                     verb, output, fmt::join(names_of_enum<images::FrameFormat>(), ", .")));
-    format_ = *known;
+    format_ = enum_named<images::FrameFormat>(wanted);
+    if (!format_ && wanted != json_format)
+        throw UsageError(
+            fmt::format("obscura {}: --output {}: allowed are files ending in .{}, .{}, or a folder", verb,
+                        output, fmt::join(names_of_enum<images::FrameFormat>(), ", ."), json_format));
 }
 
 std::filesystem::path FrameNames::next(std::uint64_t frame_id) {
@@ -34,8 +39,10 @@ std::filesystem::path FrameNames::next(std::uint64_t frame_id) {
     if (last_id_ == 0) images::make_writable(output_);
     if (frame_id <= last_id_) ++run_;
     last_id_ = frame_id;
-    return output_ / ((run_ > 1 ? fmt::format("run{}_", run_) : std::string()) +
-                      images::frame_file_name(frame_id, format_));
+    std::filesystem::path name =
+        images::frame_file_name(frame_id, format_.value_or(images::FrameFormat::raw));
+    if (!format_) name.replace_extension(json_format);
+    return output_ / ((run_ > 1 ? fmt::format("run{}_", run_) : std::string()) + name.string());
 }
 
 } // namespace obscura::tools

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,17 +17,19 @@ namespace obscura::tools {
 class FrameNames {
 public:
     /// `output`: a file whose suffix is a format, or a folder, which exists or ends with a slash. `several`:
-    /// only a folder will do. Throws UsageError.
+    /// only a folder will do. Beside the formats of pictures there is "json", metadata only. Throws
+    /// UsageError.
     FrameNames(std::string_view verb, const std::string& output, const std::string& format, bool several);
 
     /// Path of the file of the next frame. Ids that start again, because an acquisition did, get the prefix
     /// run2_, run3_, ..., as the file transport does it. Creates the folder. Throws OutputError.
     [[nodiscard]] std::filesystem::path next(std::uint64_t frame_id);
-    [[nodiscard]] images::FrameFormat format() const noexcept { return format_; }
+    /// None: metadata only.
+    [[nodiscard]] std::optional<images::FrameFormat> format() const noexcept { return format_; }
 
 private:
     std::filesystem::path output_;
-    images::FrameFormat format_ = images::FrameFormat::png;
+    std::optional<images::FrameFormat> format_;
     bool is_folder_ = false;
     std::uint64_t last_id_ = 0;
     int run_ = 1;

@@ -2,6 +2,7 @@
 #include "tools/control/support_bundle.hpp"
 
 #include "tools/control/setting_text.hpp"
+#include "tools/support/release_self_test.hpp"
 
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -78,29 +79,20 @@ std::string events_text(const AskDaemon& ask) {
     return text;
 }
 
-/// The newest rows of the timing log as CSV.
+/// All rows of the timing log that the daemon still has, as CSV.
 std::string timing_csv(const AskDaemon& ask, std::size_t camera) {
+    constexpr int all = 1024;
+    const CallJson answer = ask("timing", {{"camera", camera}, {"most", all}});
     std::string text;
-    std::uint64_t after = 0;
-    constexpr int most_answers = 16;
-    for (int i = 0; i < most_answers; ++i) {
-        const CallJson answer = ask("timing", {{"camera", camera}, {"after", after}});
-        if (i == 0) {
-            for (const CallJson& column : answer.at("columns"))
-                text += fmt::format("{}{}", text.empty() ? "" : ",", plain_text(column));
-            text += '\n';
-        }
-        if (answer.at("rows").empty()) break;
-        for (const CallJson& row : answer.at("rows")) {
-            std::string line;
-            for (const CallJson& cell : row)
-                line += fmt::format("{}{}", &cell == &row.front() ? "" : ",",
-                                    cell.is_null() ? std::string() : plain_text(cell));
-            text += line + '\n';
-        }
-        const auto last = answer.at("last").get<std::uint64_t>();
-        if (last <= after) break;
-        after = last;
+    for (const CallJson& column : answer.at("columns"))
+        text += fmt::format("{}{}", text.empty() ? "" : ",", plain_text(column));
+    text += '\n';
+    for (const CallJson& row : answer.at("rows")) {
+        std::string line;
+        for (const CallJson& cell : row)
+            line += fmt::format("{}{}", &cell == &row.front() ? "" : ",",
+                                cell.is_null() ? std::string() : plain_text(cell));
+        text += line + '\n';
     }
     return text;
 }
@@ -190,6 +182,13 @@ std::size_t add_daemon(SupportBundle& bundle, const AskDaemon& ask, bool all_cal
     return static_cast<std::size_t>(std::count_if(cameras.begin(), cameras.end(), [](const CallJson& camera) {
         return camera.value("acquiring", false);
     }));
+}
+
+void add_self_test(SupportBundle& bundle, bool realtime) {
+    bundle.add("self-test.txt", "how late this machine releases rows", [realtime] {
+        constexpr double seconds = 0.3;
+        return text_of(release_self_test(seconds, realtime));
+    });
 }
 
 } // namespace obscura::tools

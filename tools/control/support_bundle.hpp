@@ -48,4 +48,7 @@ using AskDaemon = std::function<CallJson(const std::string& call, const CallJson
 /// settings, faults and timing of each camera. Returns the number of cameras that acquire.
 std::size_t add_daemon(SupportBundle& bundle, const AskDaemon& ask, bool all_calls);
 
+/// How late this machine releases rows; see release_self_test().
+void add_self_test(SupportBundle& bundle, bool realtime);
+
 } // namespace obscura::tools

@@ -47,18 +47,24 @@ void TarArchive::add(std::string_view name, std::string_view text) {
     bytes_.append((block_bytes - text.size() % block_bytes) % block_bytes, '\0');
 }
 
-void TarArchive::write(const std::filesystem::path& file) const {
+std::string TarArchive::packed() const {
     const std::string whole = bytes_ + std::string(2 * block_bytes, '\0');
     std::string packed(ZSTD_compressBound(whole.size()), '\0');
     constexpr int level = 9;
     const std::size_t size = ZSTD_compress(packed.data(), packed.size(), whole.data(), whole.size(), level);
+    if (ZSTD_isError(size) != 0) throw std::runtime_error(ZSTD_getErrorName(size));
+    packed.resize(size);
+    return packed;
+}
+
+void TarArchive::write(const std::filesystem::path& file) const {
+    const std::string all = packed();
     images::PendingFile pending(file);
-    if (ZSTD_isError(size) != 0) pending.fail(ZSTD_getErrorName(size));
     std::ofstream out(pending.path(), std::ios::binary);
     std::error_code error;
     std::filesystem::permissions(
         pending.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, error);
-    out.write(packed.data(), static_cast<std::streamsize>(size));
+    out.write(all.data(), static_cast<std::streamsize>(all.size()));
     out.close();
     if (!out || error) pending.fail(error ? error.message() : std::strerror(errno));
     pending.commit();

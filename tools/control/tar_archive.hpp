@@ -17,6 +17,8 @@ public:
 
     /// Appends a file, which only its owner may read. `name` with the folder has at most 100 bytes.
     void add(std::string_view name, std::string_view text);
+    /// The whole archive, compressed. Throws std::runtime_error.
+    [[nodiscard]] std::string packed() const;
     /// Writes the file, which appears whole, for its owner only. Throws OutputError.
     void write(const std::filesystem::path& file) const;
 

@@ -19,6 +19,11 @@ std::optional<std::int64_t> whole(const Json& head, const char* name) {
     return found->get<std::int64_t>();
 }
 
+std::string text_of(const Json& head, const char* name) {
+    const auto found = head.find(name);
+    return found == head.end() || !found->is_string() ? std::string() : found->get<std::string>();
+}
+
 std::optional<double> number(const Json& value) {
     return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
@@ -66,6 +71,9 @@ images::Cards cards_of_answer(const nlohmann::ordered_json& head) {
                 "[m] position of the camera");
     add_numbers(cards, head, "camera_orientation", std::array{"CAM_QW", "CAM_QX", "CAM_QY", "CAM_QZ"},
                 "own axes to inertial, the camera");
+    if (const std::string hash = text_of(head, "config_sha256");
+        hash.size() == 64 && hash.find_first_not_of("0123456789abcdef") == std::string::npos)
+        cards.push_back({"CFGSHA", hash, "configuration"});
     return cards;
 }
 

@@ -88,6 +88,16 @@ std::string surplus_complaint(const std::vector<Option>& options, const std::vec
     return fmt::format("unexpected argument \"{}\"", surplus.empty() ? "" : surplus.front().substr(0, 60));
 }
 
+/// `what` of CLI11 begins with the name of the option, as it is known by its longest name.
+std::string missing_value_complaint(const std::vector<Option>& options, std::string_view what) {
+    const std::string_view name = what.substr(0, what.find(':'));
+    for (const Option& o : options)
+        if (!o.positional && o.names.substr(o.names.rfind(',') + 1) == name)
+            return fmt::format("{} needs a value, {}{}", name, o.value_name,
+                               o.max > o.min ? fmt::format(" ({})", range_text(o)) : "");
+    return std::string(what.substr(0, what.find('\n')));
+}
+
 } // namespace
 
 Option& CommandLine::positional(std::string name, OptionTarget target, std::string text) {
@@ -139,8 +149,11 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
         // CLI11 expects the arguments in reverse order.
         app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
     } catch (const CLI::ExtrasError&) {
-        throw UsageError(fmt::format("obscura {}: {} (try: obscura {} --help)", verb,
-                                     surplus_complaint(options, app.remaining()), verb));
+        throw UsageError(fmt::format("{0}{1}: {2} (try: {0}{1} --help)", program, verb,
+                                     surplus_complaint(options, app.remaining())));
+    } catch (const CLI::ArgumentMismatch& error) {
+        throw UsageError(fmt::format("{0}{1}: {2} (try: {0}{1} --help)", program, verb,
+                                     missing_value_complaint(options, error.what())));
     } catch (const CLI::ParseError& error) {
         std::string what = error.what();
         for (char& c : what)

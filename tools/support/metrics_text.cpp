@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -109,6 +110,9 @@ constexpr std::array camera_numbers{
     CameraNumber{"frames_total", "counter", "Frames, by what became of them.", "outcome", "complete",
                  "/camera/complete"},
     CameraNumber{"frames_total", "", "", "outcome", "abandoned", "/camera/abandoned"},
+    CameraNumber{"frames_unsent_total", "counter",
+                 "Frames that no transport took: none had a receiver, or room. Viewers may have seen them.",
+                 "", "", "/camera/unsent"},
     CameraNumber{"frames_late_total", "counter", "Complete frames with rows that were not ready in time.", "",
                  "", "/camera/late"},
     CameraNumber{"rows_late_total", "counter", "Rows that were not ready in time.", "", "",
@@ -144,6 +148,21 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 3> stages{
      {"detector", "From the last rendered row until the detector has made the last one."}}};
 constexpr std::array clock_states{"free", "locked", "holdover", "lockstep"};
 
+/// Counters of the GigE transport that have families of their own. Rows of one family stand together.
+constexpr std::array gige_numbers{
+    CameraNumber{"gige_packets_total", "counter", "Stream packets; those sent include those sent again.",
+                 "kind", "sent", "packets"},
+    CameraNumber{"gige_packets_total", "", "", "kind", "resent", "resent_packets"},
+    CameraNumber{"gige_packets_total", "", "", "kind", "withheld", "injected_losses"},
+    CameraNumber{"gige_packets_total", "", "", "kind", "error", "send_errors"},
+    CameraNumber{"gige_resend_requests_total", "counter", "Requests of clients for packets once more.", "",
+                 "", "resend_requests"},
+    CameraNumber{"gige_control_taken_total", "counter", "Times that a client took control of the camera.", "",
+                 "", "control_taken"},
+    CameraNumber{"gige_control_lost_total", "counter",
+                 "Clients that lost control because they had been silent too long.", "", "", "control_lost"},
+};
+
 struct ThreadFigures {
     double cpu_s = 0;
     int priority = 0;
@@ -162,12 +181,15 @@ std::map<std::string, ThreadFigures> by_name(const Json& threads) {
 
 /// A histogram as `obscurad --stats` writes it, in seconds.
 void add_histogram(Exposition& out, const std::string& family, const Labels& labels, const Json& figures) {
-    if (!figures.contains("up_to") || figures["up_to"].size() != latency_bounds_us.size()) return;
+    if (!figures.contains("up_to") || figures["up_to"].size() != latency_bounds_us.size() ||
+        !figures.contains("count"))
+        return;
     for (std::size_t k = 0; k < latency_bounds_us.size(); ++k)
         out.add(family, "_bucket", with(labels, "le", fmt::format("{:g}", latency_bounds_us[k] * 1e-6)),
                 figures["up_to"][k]);
     out.add(family, "_bucket", with(labels, "le", "+Inf"), figures["count"]);
-    if (figures["sum"].is_number()) out.add(family, "_sum", labels, figures["sum"].get<double>() * 1e-6);
+    if (const auto sum = figures.find("sum"); sum != figures.end() && sum->is_number())
+        out.add(family, "_sum", labels, sum->get<double>() * 1e-6);
     out.add(family, "_count", labels, figures["count"]);
 }
 
@@ -190,6 +212,35 @@ void add_latencies(Exposition& out, const Labels& labels, const Json& camera) {
         add_histogram(out, family, with(labels, "transport", kind), figures);
 }
 
+/// Commands, packets and injected faults of a GigE Vision camera.
+void add_gige(Exposition& out, const Labels& labels, const Json& counters) {
+    for (const CameraNumber& row : gige_numbers) {
+        if (!row.type.empty()) out.declare(row.family, row.type, row.help);
+        if (counters.contains(row.pointer))
+            out.add(row.family, "",
+                    row.label.empty() ? labels : with(labels, row.label, std::string(row.label_value)),
+                    counters[row.pointer]);
+    }
+    out.declare("gige_commands_received_total", "counter", "Datagrams that came to the control port.");
+    out.declare(
+        "gige_commands_total", "counter",
+        "Commands that were not simply done: denied, repeated (answered, not done again), or throttled "
+        "(answers withheld).");
+    if (const auto commands = counters.find("commands"); commands != counters.end())
+        for (const auto& [result, count] : commands->items()) {
+            if (result == "received")
+                out.add("gige_commands_received_total", "", labels, count);
+            else
+                out.add("gige_commands_total", "", with(labels, "result", result), count);
+        }
+    out.declare(
+        "faults_struck_total", "counter",
+        "Packets, frames or commands that injected faults have struck, of all rules since the start.");
+    if (const auto struck = counters.find("faults_struck"); struck != counters.end())
+        for (const auto& [kind, count] : struck->items())
+            out.add("faults_struck_total", "", with(labels, "kind", kind), count);
+}
+
 void add_transports(Exposition& out, const Labels& labels, const Json& camera) {
     out.declare("transport_frames_total", "counter",
                 "Frames that a transport was given, by what became of them.");
@@ -198,20 +249,26 @@ void add_transports(Exposition& out, const Labels& labels, const Json& camera) {
     if (!camera.contains("transports")) return;
     for (const auto& [kind, counters] : camera["transports"].items()) {
         const Labels of = with(labels, "transport", kind);
+        const bool gige = kind == "gige";
+        if (gige) add_gige(out, labels, counters);
         for (const auto& [name, value] : counters.items()) {
+            const auto is = [&key = name](const CameraNumber& row) { return row.pointer == key; };
+            if (gige && std::any_of(gige_numbers.begin(), gige_numbers.end(), is)) continue;
             if (name == "delivered" || name == "dropped")
                 out.add("transport_frames_total", "", with(of, "outcome", name), value);
             else if (name == "bytes")
                 out.add("transport_bytes_total", "", of, value);
-            else if (name != "submitted")
+            else if (name != "submitted" && !value.is_string())
                 out.add("transport_value", "", with(of, "counter", name), value);
         }
     }
 }
 
 void add_camera(Exposition& out, const Labels& labels, const Json& camera) {
-    out.declare("camera_info", "gauge", "1, with the address of the camera's control port.");
-    out.add("camera_info", "", with(labels, "address", text_at(camera, "/address")), 1);
+    out.declare("camera_info", "gauge", "1, with the sensor and the address of the camera's control port.");
+    out.add("camera_info", "",
+            with(with(labels, "sensor", text_at(camera, "/sensor")), "address", text_at(camera, "/address")),
+            1);
     out.declare("controlled", "gauge", "1 while a client controls the camera.");
     out.add("controlled", "", labels, !text_at(camera, "/controller").empty());
     out.declare("camera_bad", "gauge",
@@ -231,8 +288,57 @@ void add_camera(Exposition& out, const Labels& labels, const Json& camera) {
     out.declare("clock_state", "gauge", "1 for the state that the clock of the trigger source is in.");
     for (const char* state : clock_states)
         out.add("clock_state", "", with(labels, "state", state), text_at(camera, "/clock/state") == state);
+    out.declare("clock_offset_seconds", "gauge",
+                "Last pulse of the clock's reference minus the instant at which it was expected.");
+    if (const Pointer at("/clock/offset_ns"); camera.contains(at) && camera[at].is_number())
+        out.add("clock_offset_seconds", "", labels, camera[at].get<double>() * 1e-9);
+    out.declare("frame_pool_frames", "gauge", "Frame buffers of the camera.");
+    if (const Pointer at("/pool"); camera.contains(at)) {
+        const auto frames = camera[at].value("frames", std::int64_t{0}),
+                   used = camera[at].value("in_use", std::int64_t{0});
+        out.add("frame_pool_frames", "", with(labels, "state", "used"), used);
+        out.add("frame_pool_frames", "", with(labels, "state", "free"), frames - used);
+    }
     add_latencies(out, labels, camera);
     add_transports(out, labels, camera);
+}
+
+/// The clock of the machine as ptp4l tells it.
+void add_ptp(Exposition& out, const Labels& daemon, const Json& state) {
+    const auto add = [&](std::string_view family, const char* help, const char* pointer) {
+        out.declare(family, "gauge", help);
+        if (const Pointer at(pointer); state.contains(at) && state[at].is_number())
+            out.add(family, "", daemon, state[at].get<double>() * 1e-9);
+    };
+    add("ptp_offset_seconds", "Offset of this machine's clock from its PTP master.", "/ptp/offset_ns");
+    add("ptp_path_delay_seconds", "Mean path delay to the PTP master.", "/ptp/path_delay_ns");
+}
+
+/// Log, real time and configuration of a daemon.
+void add_daemon(Exposition& out, const Labels& daemon, const Json& state) {
+    out.declare("log_lines_total", "counter", "Lines of the log, by level.");
+    if (const Pointer at("/daemon/log_lines"); state.contains(at))
+        for (const auto& [level, count] : state[at].items())
+            out.add("log_lines_total", "", with(daemon, "level", level), count);
+    out.declare("realtime_granted", "gauge", "1 if threads have priorities of real time.");
+    if (const Pointer at("/daemon/realtime"); state.contains(at))
+        out.add("realtime_granted", "", daemon, state[at]);
+    out.declare("config_last_reload_success_timestamp_seconds", "gauge",
+                "When the configuration in use was taken on, at the start or by a reload.");
+    if (const Pointer at("/daemon/configured_utc_s"); state.contains(at))
+        out.add("config_last_reload_success_timestamp_seconds", "", daemon, state[at]);
+    out.declare(
+        "heartbeat_age_seconds", "gauge",
+        "Time since the last beat of a supervised thread, of several with one name the longest; not of "
+        "those that rest or have announced a wait.");
+    std::map<std::string, double> ages;
+    if (state.contains("heartbeats"))
+        for (const Json& beat : state["heartbeats"])
+            if (!beat.value("silent", true))
+                if (double& age = ages[beat.value("name", "")]; beat.value("age_s", 0.0) > age)
+                    age = beat["age_s"].get<double>();
+    for (const auto& [thread, age] : ages)
+        out.add("heartbeat_age_seconds", "", with(daemon, "thread", thread), age);
 }
 
 } // namespace
@@ -240,7 +346,12 @@ void add_camera(Exposition& out, const Labels& labels, const Json& camera) {
 std::string metrics_text(std::span<const Json> states) {
     Exposition out;
     for (const Json& state : states) {
-        const Labels daemon{{"config", text_at(state, "/daemon/config")}};
+        Labels daemon{{"config", text_at(state, "/daemon/config")}};
+        const auto same = [&daemon](const Json& one) {
+            return text_at(one, "/daemon/config") == daemon.front().second;
+        };
+        if (const Pointer pid("/daemon/pid"); std::count_if(states.begin(), states.end(), same) > 1)
+            daemon.emplace_back("pid", state.contains(pid) ? state[pid].dump() : std::string());
         out.declare("build_info", "gauge", "1, with the version of the daemon.");
         out.add("build_info", "", with(daemon, "version", text_at(state, "/daemon/version")), 1);
         const auto number = [&](std::string_view family, std::string_view type, std::string_view help,
@@ -254,6 +365,8 @@ std::string metrics_text(std::span<const Json> states) {
             out.add("resident_bytes", "", daemon, std::llround(state[at].get<double>() * (1 << 20)));
         number("log_lost_total", "counter", "Log messages of real-time threads that found no room.",
                "/daemon/log_lost");
+        add_daemon(out, daemon, state);
+        add_ptp(out, daemon, state);
         out.declare("thread_cpu_seconds_total", "counter", "Processor time of a thread.");
         out.declare("thread_priority", "gauge",
                     "Priority of a thread of class fifo or rr; 0: ordinary scheduling.");

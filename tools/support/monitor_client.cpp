@@ -6,16 +6,17 @@
 #include "emulator/monitor/monitor_socket.hpp"
 
 #include <fmt/format.h>
-#include <sys/socket.h>
 
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
 namespace obscura::tools {
-MonitorClient::MonitorClient(const std::filesystem::path& socket)
-    : path_(socket), socket_(emulator::connect_to_monitor(socket)) {
-    if (!socket_) throw HardwareError(fmt::format("{}: {}", socket.string(), std::strerror(errno)));
+MonitorClient::MonitorClient(const std::filesystem::path& socket, bool wait)
+    : path_(socket), socket_(emulator::connect_to_monitor(socket, wait)) {
+    if (!socket_)
+        throw HardwareError(
+            fmt::format("no daemon answers at {}: {}", socket.string(), std::strerror(errno)));
 }
 
 nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
@@ -25,7 +26,7 @@ nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
     };
     const std::string text = request.dump();
     std::vector<char> answer(emulator::monitor_answer_bytes);
-    if (::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) < 0) refuse(std::strerror(errno));
+    if (!emulator::send_request(socket_.get(), text)) refuse(std::strerror(errno));
     const ssize_t bytes = emulator::receive_answer(socket_.get(), answer, descriptors);
     if (bytes == 0) refuse("the daemon has ended the connection");
     if (bytes < 0)
@@ -51,15 +52,17 @@ std::vector<MonitorClient> connect_to_daemons(const std::string& socket) {
             refused = error.what(); // left over, or of another group
         }
     }
-    if (clients.empty())
-        throw HardwareError(refused.empty()
-                                ? "no daemon with a monitor socket runs here (monitor.socket; --socket PATH)"
-                                : fmt::format("no daemon answers: {}", refused));
+    if (clients.empty()) throw HardwareError(refused.empty() ? no_daemon_here : refused);
     return clients;
 }
 
 MonitorClient connect_to_daemon(const std::string& program, const std::string& socket) {
-    std::vector<MonitorClient> daemons = connect_to_daemons(socket);
+    std::vector<MonitorClient> daemons;
+    try {
+        daemons = connect_to_daemons(socket);
+    } catch (const HardwareError& error) {
+        throw HardwareError(fmt::format("{}: {}", program, error.what()));
+    }
     if (daemons.size() == 1) return std::move(daemons.front());
     std::string paths;
     for (const MonitorClient& one : daemons)

@@ -15,8 +15,9 @@ namespace obscura::tools {
 /// A connection to one daemon. Thread-bound.
 class MonitorClient {
 public:
-    /// Throws HardwareError if nothing serves the socket.
-    explicit MonitorClient(const std::filesystem::path& socket);
+    /// Throws HardwareError if nothing serves the socket. `wait`: for 5 s, should the daemon be too busy to
+    /// accept clients.
+    explicit MonitorClient(const std::filesystem::path& socket, bool wait = true);
 
     /// Sends a request and waits for its answer, for 5 s at most. Throws HardwareError if the daemon goes, is
     /// silent or refuses.
@@ -29,6 +30,9 @@ private:
     std::filesystem::path path_;
     FileDescriptor socket_;
 };
+
+constexpr const char* no_daemon_here =
+    "no daemon with a monitor socket runs here (monitor.socket; --socket PATH)";
 
 /// The daemon at `socket`; if that is empty, all daemons of this machine that this user may ask. Throws
 /// HardwareError if there is none, with the reason.

@@ -55,7 +55,7 @@ std::string duration_text(double ms) {
 std::string field_text(const renderer::View& view) {
     return fmt::format("{} x {}", angle_text(view.field_x_rad), angle_text(view.field_y_rad));
 }
-std::string quoted(const std::string& name) {
+std::string in_quotes(const std::string& name) {
     return fmt::format("\"{}\"", name);
 }
 
@@ -149,9 +149,9 @@ void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
     };
     judge("the camera", scene.camera.motion);
     for (const scene::Body& body : scene.bodies)
-        judge(quoted(body.name), body.motion);
+        judge(in_quotes(body.name), body.motion);
     for (const scene::Lamp& lamp : scene.lamps)
-        judge(quoted(lamp.name), lamp.motion);
+        judge(in_quotes(lamp.name), lamp.motion);
 }
 
 void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views) {
@@ -164,7 +164,7 @@ void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const rende
             add("camera_inside",
                 fmt::format("the camera is inside {}, which is {} across, {} from its origin: check the "
                             "camera's position_m, and the unit of the body's size",
-                            quoted(body.name), length_text(body.extent_m), length_text(body.distance_m)));
+                            in_quotes(body.name), length_text(body.extent_m), length_text(body.distance_m)));
         }
         const renderer::SeenBody& body = view_.bodies[i];
         const auto* mesh = scene.bodies[i].shape.get_if<renderer::MeshFileParameters>();
@@ -175,7 +175,7 @@ void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const rende
             add("mesh_unit",
                 fmt::format("{} is {} across and {:.2g} px, {} away: one dot. If the mesh {} is in "
                             "kilometres, try metres_per_unit = 1000",
-                            quoted(body.name), length_text(body.extent_m), body.extent_px,
+                            in_quotes(body.name), length_text(body.extent_m), body.extent_px,
                             length_text(body.distance_m), mesh->path));
     }
 }
@@ -204,7 +204,7 @@ void Plausibility::judge_field(const scene::Scene& scene, std::span<const render
                 "look_at, or check boresight or orientation (scalar first, from the camera's axes, +z "
                 "the boresight, to J2000)",
                 field_text(view_), star_in_field ? "" : ", and no star",
-                view_.bodies.size() > 1 ? "the nearest, " : "", quoted(body.name),
+                view_.bodies.size() > 1 ? "the nearest, " : "", in_quotes(body.name),
                 degrees(body.boresight_rad), all_behind ? ", behind the camera" : ""));
         return;
     }

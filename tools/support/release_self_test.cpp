@@ -25,9 +25,8 @@ struct Wakeups {
     int priority;
 };
 
-/// Releases one-row frames through the daemon's own row release thread at `rate_hz` for `seconds`. Returns
-/// the 99th percentile of the lateness in microseconds and appends a table line to `out`.
-double measure(const Wakeups& w, double seconds, std::string& out) {
+/// Releases one-row frames through the daemon's own row release thread at `rate_hz` for `seconds`.
+ReleaseLateness measure(const Wakeups& w, double seconds) {
     emulator::Releaser releaser({.max_rows = 1, .thread = {w.priority, {}}, .spin_ns = w.spin_ns},
                                 std::make_unique<MonotonicClock>());
     FramePool pool(emulator::Releaser::frames_in_flight + 1, 16, 1);
@@ -45,41 +44,44 @@ double measure(const Wakeups& w, double seconds, std::string& out) {
     }
     const LatencyHistogram& h = releaser.release_lateness();
     const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
-    out += fmt::format("{:<34} {:>6.0f} {:>8} {:>10.1f} {:>10.1f} {:>10.1f}\n", w.name, w.rate_hz, h.count(),
-                       us(h.quantile_ns(0.5)), us(h.quantile_ns(0.99)), us(h.max_ns()));
-    return us(h.quantile_ns(0.99));
+    return {w.name, w.rate_hz, h.count(), us(h.quantile_ns(0.5)), us(h.quantile_ns(0.99)), us(h.max_ns())};
 }
 
 } // namespace
 
-std::string release_self_test(double seconds) {
-    const RealtimeGrant grant = realtime_permitted(release_priority);
-    std::string out = grant.granted
-                          ? "SCHED_FIFO is permitted\n"
-                          : fmt::format("SCHED_FIFO is not permitted ({}): expect late frames on a busy "
-                                        "machine\n",
-                                        grant.why);
-    out += fmt::format("\n{:<34} {:>6} {:>8} {:>10} {:>10} {:>10}\n", "row after its time, us", "Hz", "rows",
-                       "p50", "p99", "max");
+ReleaseSelfTest release_self_test(double seconds, bool realtime) {
+    ReleaseSelfTest test;
     std::vector<Wakeups> all{{"floor: sleep, ordinary scheduling", 10, 0, 0},
                              {"floor: sleep, ordinary scheduling", 100, 0, 0}};
-    if (grant.granted) {
+    if (!realtime) {
+        test.scheduling = "ordinary scheduling, of this program; the daemon's may be better";
+    } else if (const RealtimeGrant grant = realtime_permitted(release_priority); grant.granted) {
+        test.scheduling = "SCHED_FIFO is permitted";
         all.push_back({"floor: sleep, SCHED_FIFO", 10, 0, release_priority});
         all.push_back({"floor: sleep, SCHED_FIFO", 100, 0, release_priority});
         all.push_back({"release: sleep, then poll", 10, 100 * ns_per_us, release_priority});
         all.push_back({"release: sleep, then poll", 100, 100 * ns_per_us, release_priority});
+    } else {
+        test.scheduling =
+            fmt::format("SCHED_FIFO is not permitted ({}): expect late frames on a busy machine", grant.why);
     }
-    // 99th percentile over the last two rows of the table, which wait as the daemon does.
-    double promise_us = 0;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const double p99_us = measure(all[i], seconds, out);
-        if (i + 2 >= all.size()) promise_us = std::max(promise_us, p99_us);
-    }
-    out += fmt::format("\nAt its present load this machine releases 99 of 100 rows at most {:.1f} us "
-                       "after their due time; "
-                       "the column max shows the worst row.\n",
-                       promise_us);
-    return out;
+    for (const Wakeups& one : all)
+        test.rows.push_back(measure(one, seconds));
+    // They wait as the daemon does.
+    test.p99_us = std::max(test.rows.rbegin()[0].p99_us, test.rows.rbegin()[1].p99_us);
+    return test;
+}
+
+std::string text_of(const ReleaseSelfTest& test) {
+    std::string out = fmt::format("{}\n\n{:<34} {:>6} {:>8} {:>10} {:>10} {:>10}\n", test.scheduling,
+                                  "row after its time, us", "Hz", "rows", "p50", "p99", "max");
+    for (const ReleaseLateness& row : test.rows)
+        out += fmt::format("{:<34} {:>6.0f} {:>8} {:>10.1f} {:>10.1f} {:>10.1f}\n", row.name, row.rate_hz,
+                           row.rows, row.p50_us, row.p99_us, row.max_us);
+    return out + fmt::format("\nAt its present load this machine releases 99 of 100 rows at most {:.1f} us "
+                             "after their due time; "
+                             "the column max shows the worst row.\n",
+                             test.p99_us);
 }
 
 } // namespace obscura::tools

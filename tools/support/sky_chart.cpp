@@ -230,7 +230,7 @@ private:
         std::size_t labels = 0;
         for (auto e = stars.rbegin(); e != stars.rend() && labels < most_labels; ++e) {
             const scene::Star star = scene::star_of(chart_.scene, static_cast<std::uint32_t>((*e)->object));
-            const StarName name = chart_.names.at(star.right_ascension_rad, star.declination_rad);
+            const ephemeris::StarName name = chart_.names.at(star.right_ascension_rad, star.declination_rad);
             if (name.shortest().empty()) continue;
             if (add_label(at((*e)->x_px, (*e)->y_px), radius_of((*e)->magnitude_v) + 2, name.shortest(),
                           label))

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "core/scene_truth.hpp"
+#include "ephemeris/stars/star_names.hpp"
 #include "renderer/scene/scene.hpp"
 #include "tools/support/drawing.hpp"
-#include "tools/support/star_names.hpp"
 
 namespace obscura::tools {
 
@@ -13,7 +13,7 @@ namespace obscura::tools {
 struct SkyChart {
     const scene::Scene& scene;
     const SceneTruth& truth; ///< of the whole sensor, at one instant
-    const StarNames& names;
+    const ephemeris::StarNames& names;
     std::int32_t curve_points = 0; ///< of each limb and terminator in `truth`
     double time_s = 0;
     double faintest_v = 99;   ///< fainter stars and sky objects are not drawn

@@ -64,13 +64,21 @@ bool is_bad(const Json& camera) {
     return text_at(camera, "/verdict/health") == "bad";
 }
 
+/// What begins a frame: the kind of Line0's source, or the other trigger that is chosen.
+std::string trigger_of(const Json& camera) {
+    if (at(camera, "/frame_trigger").is_null()) return text_at(camera, "/clock/source");
+    if (!flag_at(camera, "/frame_trigger/on")) return "free run";
+    const std::string source = text_at(camera, "/frame_trigger/source");
+    return source == "Line0" ? text_at(camera, "/clock/source") : source;
+}
+
 std::string camera_text(const Json& camera, std::size_t number) {
     const std::string controller = text_at(camera, "/controller");
     std::string text = fmt::format("camera {}  {}  {}\n", number, text_at(camera, "/address"),
                                    controller.empty() || controller == "-" ? "no client in control"
                                                                            : "controlled by " + controller);
     text += fmt::format("  {}{}\n", is_bad(camera) ? "NOT GOOD: " : "", text_at(camera, "/verdict/text"));
-    text += fmt::format("  {:<22}{}, clock {}; {}\n", "trigger", text_at(camera, "/clock/source"),
+    text += fmt::format("  {:<22}{}, clock {}; {}\n", "trigger", trigger_of(camera),
                         text_at(camera, "/clock/state"),
                         flag_at(camera, "/trigger_ready") ? "ready" : "not ready");
     text += fmt::format("  {:<22}{} triggers, {} frames, {} complete, {} late, {} missed triggers, "
@@ -84,8 +92,12 @@ std::string camera_text(const Json& camera, std::size_t number) {
     text += latency_line(camera, "release_lateness", "release lateness");
     for (const auto& [kind, counters] : at(camera, "/transports").items()) {
         if (kind == "watch" && at(counters, "/submitted") == 0) continue; // nobody has looked
-        text += fmt::format("  {:<22}{} delivered, {} dropped\n", for_terminal(kind),
-                            number_at(counters, "/delivered"), number_at(counters, "/dropped"));
+        const Json& unheard = at(counters, "/no_receiver");
+        text += fmt::format("  {:<22}{} delivered, {} dropped{}\n", for_terminal(kind),
+                            number_at(counters, "/delivered"), number_at(counters, "/dropped"),
+                            unheard.is_number() && unheard != 0
+                                ? fmt::format(" ({} while no client received)", unheard.dump())
+                                : "");
     }
     return text;
 }

@@ -65,7 +65,7 @@ SpanFigures figures_of(std::string name, std::string key, std::vector<double> va
     return f;
 }
 
-std::string quoted(const std::string& text) {
+std::string csv_text(const std::string& text) {
     std::string out = "\"";
     for (const char c : text)
         out += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -231,17 +231,18 @@ std::string timing_csv(const TimingFile& file) {
     for (const TimingFile& one : all)
         for (const TimingRow& row : worst(one.rows, worst_count))
             out += fmt::format("{},{},{:.3f},{},{},{}\n", row.acquisition, row.frame_id, to_us(lateness(row)),
-                               row.late_rows, row.worst_row_number, quoted(reason(row)));
+                               row.late_rows, row.worst_row_number, csv_text(reason(row)));
     out += "\nacquisition,part,ms,set_by\n";
     for (const TimingFile& one : all)
         for (const TimePart& part : time_parts(judged(one)))
-            out += fmt::format("{},{},{:.3f},{}\n", one.rows.front().acquisition, quoted(part.name), part.ms,
-                               quoted(part.setting));
+            out += fmt::format("{},{},{:.3f},{}\n", one.rows.front().acquisition, csv_text(part.name),
+                               part.ms, csv_text(part.setting));
     out += "\nacquisition,cause,ms,of_ms,with_ms,cure\n";
     for (const TimingFile& one : all)
         for (const Cure& cure : cures(judged(one)))
-            out += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{}\n", one.rows.front().acquisition,
-                               quoted(cure.cause), cure.ms, cure.of_ms, cure.with_ms, quoted(cure.advice));
+            out +=
+                fmt::format("{},{},{:.3f},{:.3f},{:.3f},{}\n", one.rows.front().acquisition,
+                            csv_text(cure.cause), cure.ms, cure.of_ms, cure.with_ms, csv_text(cure.advice));
     return out + '\n' + degraded_csv(file.rows);
 }
 

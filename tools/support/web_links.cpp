@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/web_links.hpp"
 
+#include "core/file_descriptor.hpp"
 #include "emulator/monitor/monitor_paths.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <charconv>
-#include <csignal>
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -33,23 +36,42 @@ bool is_own(const std::filesystem::path& path) {
     return ::lstat(path.c_str(), &status) == 0 && status.st_uid == ::geteuid() && !S_ISLNK(status.st_mode);
 }
 
+/// Whether the server that has written this file runs. The number in its name may be that of another process
+/// by now.
+bool is_held(const std::filesystem::path& path) {
+    const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+    return file && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
+/// Files of links of this user in its folder, in order of their processes.
+std::map<pid_t, std::filesystem::path> link_files() {
+    std::map<pid_t, std::filesystem::path> files;
+    std::error_code error;
+    const std::filesystem::path folder = emulator::own_monitor_folder();
+    if (!is_own(folder)) return files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        const pid_t pid = process_of(entry.path().filename().string());
+        if (pid != 0 && is_own(entry.path())) files[pid] = entry.path();
+    }
+    return files;
+}
+
 } // namespace
 
 std::vector<std::string> web_links() {
-    std::map<pid_t, std::string> links;
-    std::error_code error;
-    const std::filesystem::path folder = emulator::own_monitor_folder();
-    if (!is_own(folder)) return {};
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        const pid_t pid = process_of(entry.path().filename().string());
-        if (pid == 0 || !is_own(entry.path()) || ::kill(pid, 0) != 0) continue;
-        std::ifstream in(entry.path());
-        if (std::string line; std::getline(in, line)) links[pid] = line;
+    std::vector<std::string> links;
+    for (const auto& [pid, file] : link_files()) {
+        if (!is_held(file)) continue;
+        std::ifstream in(file);
+        if (std::string line; std::getline(in, line)) links.push_back(line);
     }
-    std::vector<std::string> all;
-    for (const auto& [pid, link] : links)
-        all.push_back(link);
-    return all;
+    return links;
+}
+
+void remove_left_over_web_links() {
+    std::error_code ignored;
+    for (const auto& [pid, file] : link_files())
+        if (!is_held(file)) std::filesystem::remove(file, ignored);
 }
 
 } // namespace obscura::tools

@@ -2,6 +2,8 @@
 // Verb `obscura events`: prints the latest log lines of a running daemon.
 #include "core/terminal_text.hpp"
 #include "core/time.hpp"
+#include "tools/control/rest_client.hpp"
+#include "tools/control/url_options.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/monitor_client.hpp"
 #include "tools/verbs/verb.hpp"
@@ -10,7 +12,9 @@
 
 #include <cstdint>
 #include <ctime>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace obscura::tools {
 namespace {
@@ -24,29 +28,55 @@ public:
             "back, oldest first. Lines have numbers that count from 1 at the daemon's start. With several "
             "daemons on this machine, --socket says which.";
         line.option("--socket", &socket_, "PATH", "Ask the daemon with this socket (its monitor.socket)");
+        url_.declare(line);
         line.number("--after", &after_, "N", "Only lines with a larger number", 0, 9e15);
         line.flag("--follow", follow_, "Go on with new lines until interrupted");
         line.flag("--json", json_, "Print one JSON object a line, with the line's number as \"id\"");
-        line.examples = {"obscura events", "obscura events --follow"};
+        line.examples = {"obscura events", "obscura events --follow",
+                         "obscura events --follow --url https://bench.example.org:8420"};
     }
 
     int run() override {
+        try {
+            return ask();
+        } catch (const nlohmann::ordered_json::exception& error) {
+            throw HardwareError(
+                fmt::format("obscura events: the answer is not as expected: {}", error.what()));
+        }
+    }
+
+private:
+    int ask() {
         catch_interrupts();
-        const MonitorClient daemon = connect_to_daemon("obscura events", socket_);
+        connect();
         while (!interrupted()) {
-            if (print(daemon)) continue;
+            if (print()) continue;
             if (!follow_) break;
-            const timespec pause{0, 200 * ns_per_ms};
+            const timespec pause{web_ ? 1 : 0, web_ ? 0 : 200 * ns_per_ms};
             nanosleep(&pause, nullptr);
         }
         return exit_ok;
     }
 
-private:
-    /// Prints what one answer holds; false: nothing new.
-    bool print(const MonitorClient& daemon) {
-        const nlohmann::ordered_json answer = daemon.ask({{"verb", "events"}, {"after", after_}});
+    void connect() {
+        if (!url_.given()) {
+            daemon_.emplace(connect_to_daemon("obscura events", socket_));
+            return;
+        }
+        if (!socket_.empty()) throw UsageError("obscura events: --url excludes --socket");
+        web_.emplace("events", url_.http("events"));
+    }
+
+    [[nodiscard]] std::vector<nlohmann::ordered_json> latest() {
+        if (web_) return web_->events(after_);
+        const nlohmann::ordered_json answer = daemon_->ask({{"verb", "events"}, {"after", after_}});
         const auto& events = answer.at("events");
+        return {events.begin(), events.end()};
+    }
+
+    /// Prints what one answer holds; false: nothing new.
+    bool print() {
+        const std::vector<nlohmann::ordered_json> events = latest();
         for (const auto& event : events) {
             after_ = event.at("id").get<std::uint64_t>();
             if (json_)
@@ -61,6 +91,9 @@ private:
     }
 
     std::string socket_;
+    UrlOptions url_;
+    std::optional<MonitorClient> daemon_;
+    std::optional<RestClient> web_;
     std::uint64_t after_ = 0;
     bool follow_ = false, json_ = false;
 };

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -75,10 +76,10 @@ private:
                 lower(member(row, "name")).find(wanted) != std::string::npos)
                 rows.push_back(row);
         if (!rows.empty()) return rows;
-        std::vector<std::string> names;
+        std::set<std::string> names;
         for (const CallJson& row : all)
             for (const char* const key : {"name", "category"})
-                if (!member(row, key).empty()) names.push_back(member(row, key));
+                if (const std::string name = member(row, key); !name.empty()) names.insert(name);
         throw CallError("bad-argument", fmt::format("obscura features: no setting or category \"{}\", {}",
                                                     category_.substr(0, 60),
                                                     suggestion(category_, {names.begin(), names.end()})));

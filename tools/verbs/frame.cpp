@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura frame`: saves frames of a running camera.
+#include "images/writers/pending_file.hpp"
 #include "tools/control/calling_verb.hpp"
 #include "tools/control/saved_frame.hpp"
 #include "tools/support/answer_cards.hpp"
@@ -7,10 +8,21 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <fstream>
 #include <string>
 
 namespace obscura::tools {
 namespace {
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+    images::PendingFile file(path);
+    std::ofstream out(file.path(), std::ios::binary);
+    out << text;
+    out.close();
+    if (!out) file.fail("no room, or no right to write");
+    file.commit();
+}
 
 class FrameVerb final : public CallingVerb {
 public:
@@ -20,25 +32,31 @@ public:
         line.summary = "saves frames of a running camera, beside what else it sends";
         line.description =
             "Saves the newest frame as it left the detector, with its metadata: 16-bit PNG, FITS, or raw "
-            "words with a TOML file beside them. Waits for a frame if none has come yet; looking triggers "
+            "words with a TOML file beside them; or the metadata alone as JSON. Waits for a frame if none "
+            "has come yet; looking triggers "
             "none. Frames go where they always go, and a slow disk here costs the camera nothing: with "
             "--count and --follow frames that came meanwhile are skipped, and counted. Numbers are those of "
             "the converter, nearly black in most viewers.";
-        Option& which = line.positional("WHICH", &which_, "Only the newest frame is kept");
-        which.choices = {"latest"};
-        which.required = false;
-        line.option("-o,--output", &output_, "FILE",
-                    "File ending in .png, .fits or .raw; for several frames a folder, with a slash at its "
-                    "end if it is new, whose files are frame_NNNNNN")
+        line.positional("WHICH", &which_,
+                        "latest, or the number of a frame as --json prints it: one of the latest four that "
+                        "anyone has looked at (default: latest)")
+            .required = false;
+        line.option(
+                "-o,--output", &output_, "FILE",
+                "File ending in .png, .fits, .raw or .json; for several frames a folder, with a slash at its "
+                "end if it is new, whose files are frame_NNNNNN")
             .required = true;
         line.option("--format", &format_, "FORMAT", "With a folder: format of the files (default: png)")
-            .choices = {"png", "fits", "raw"};
+            .choices = {"png", "fits", "raw", "json"};
         line.number("-n,--count", &count_, "N", "Number of frames", 1, 1e9);
         line.flag("--follow", follow_, "Save every new frame until interrupted");
         line.number("--wait", &wait_s_, "S", "Give up when no frame comes for so many seconds", 0, 60);
         declare_daemon(line);
         line.flag("--json", json_, "Print the metadata of each frame as one JSON object a line");
-        line.examples = {"obscura frame -o now.png", "obscura frame latest -o now.fits --camera 1",
+        line.examples = {"obscura frame -o now.png",
+                         "obscura frame latest -o now.fits --camera 1",
+                         "obscura frame -o now.json    # what is known of it, and its number",
+                         "obscura frame 812 -o the-same.fits",
                          "obscura frame --count 20 -o frames/ --format fits",
                          "obscura frame --follow -o frames/ --json | jq .skipped"};
     }
@@ -47,10 +65,11 @@ protected:
     int work() override {
         if (follow_ && count_ != 1)
             throw UsageError("obscura frame: --count and --follow exclude each other");
-        FrameNames names("frame", output_, format_, follow_ || count_ > 1);
-        const auto calls = connect();
         CallJson fields = daemon().fields();
         fields["wait_s"] = wait_s_;
+        if (which_ != "latest") fields["number"] = number();
+        FrameNames names("frame", output_, format_, follow_ || count_ > 1);
+        const auto calls = connect();
         for (std::uint64_t saved = 0; (follow_ || saved < count_) && !interrupted(); ++saved) {
             CallAnswer frame;
             try {
@@ -65,18 +84,31 @@ protected:
     }
 
 private:
+    [[nodiscard]] std::uint64_t number() const {
+        std::uint64_t number = 0;
+        const auto [end, error] = std::from_chars(which_.data(), which_.data() + which_.size(), number);
+        if (error != std::errc{} || end != which_.data() + which_.size() || number == 0)
+            throw UsageError(fmt::format(
+                "obscura frame: {}: allowed are latest and the number of a frame, from 1 on", which_));
+        if (follow_ || count_ != 1) throw UsageError("obscura frame: a number excludes --count and --follow");
+        return number;
+    }
+
     void save(CallAnswer& frame, FrameNames& names) const {
         const auto id = frame.head.at("frame").get<std::uint64_t>();
         const int bits = frame.head.at("bits").get<int>();
         if (frame.pixels.empty() || bits < 1 || bits > 16)
             throw HardwareError("obscura frame: the daemon's answer has no pixels of up to 16 bits");
         const std::filesystem::path file = names.next(id);
-        images::write_picture(file, names.format(), {frame.width, frame.height, bits, frame.pixels},
-                              cards_of_answer(frame.head));
+        frame.head["width"] = frame.width;
+        frame.head["height"] = frame.height;
+        if (names.format())
+            images::write_picture(file, *names.format(), {frame.width, frame.height, bits, frame.pixels},
+                                  cards_of_answer(frame.head));
+        else
+            write_text(file, frame.head.dump(2, ' ', false, CallJson::error_handler_t::replace) + "\n");
         if (json_) {
             frame.head["file"] = file.string();
-            frame.head["width"] = frame.width;
-            frame.head["height"] = frame.height;
             fmt::print("{}\n", frame.head.dump(-1, ' ', false, CallJson::error_handler_t::replace));
         } else {
             const auto rows = frame.head.at("rows").get<std::int64_t>();

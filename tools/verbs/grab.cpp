@@ -368,7 +368,7 @@ private:
                   &CameraStatistics::asked_before_sent);
         of_camera("refused_packets", "  refused by the camera", &CameraStatistics::refused_packets);
         count("late_packets", "packets that came after asking", statistics.late_packets);
-        count("duplicate_packets", "packets that came twice", statistics.duplicate_packets);
+        count("duplicate_packets", "packets repeated in silence, or resent", statistics.duplicate_packets);
         count("refusals", "answers without a packet", statistics.refusals);
         count("underruns", "client underruns", statistics.underruns);
         if (!output_.empty()) report.add("output", "saved in", output_);

@@ -2,6 +2,7 @@
 // Verb `obscura sky`: stars and bodies in the field of a scene's camera, as a table and as a chart.
 #include "config/shipped_files.hpp"
 #include "core/scene_truth.hpp"
+#include "ephemeris/stars/star_names.hpp"
 #include "ephemeris/time/leap_seconds.hpp"
 #include "ephemeris/time/time_text.hpp"
 #include "images/writers/raw.hpp"
@@ -10,7 +11,6 @@
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/truth/scene_truth.hpp"
 #include "tools/support/sky_chart.hpp"
-#include "tools/support/star_names.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -79,7 +79,7 @@ public:
         request.rows = rows;
         SceneTruth truth;
         renderer.list_truth(request, truth);
-        const StarNames names;
+        const ephemeris::StarNames names;
         print(scene, truth, names);
         if (output_.empty()) return exit_ok;
         const Drawing drawing = draw_sky({.scene = scene,
@@ -122,7 +122,7 @@ private:
                                      ephemeris::system_leap_seconds(), 3);
     }
 
-    void print(const scene::Scene& scene, const SceneTruth& truth, const StarNames& names) const {
+    void print(const scene::Scene& scene, const SceneTruth& truth, const ephemeris::StarNames& names) const {
         std::vector<const TruthEntry*> stars, bodies, landmarks, sky_objects;
         for (const TruthEntry& e : truth.entries) {
             if (e.kind == TruthKind::star && e.object >= 0 && e.magnitude_v <= faintest_) stars.push_back(&e);
@@ -157,7 +157,7 @@ private:
                        "V", "RA deg", "Dec deg", "x px", "y px", "seen");
         for (const TruthEntry* e : stars) {
             const scene::Star star = scene::star_of(scene, static_cast<std::uint32_t>(e->object));
-            const StarName name = names.at(star.right_ascension_rad, star.declination_rad);
+            const ephemeris::StarName name = names.at(star.right_ascension_rad, star.declination_rad);
             const double star_ra = star.right_ascension_rad / degree,
                          star_dec = star.declination_rad / degree;
             if (json_)

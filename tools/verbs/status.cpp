@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura status`: shows what running daemons do.
+#include "tools/control/rest_client.hpp"
+#include "tools/control/url_options.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/monitor_client.hpp"
 #include "tools/support/status_text.hpp"
@@ -10,7 +12,9 @@
 
 #include <cmath>
 #include <ctime>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace obscura::tools {
 namespace {
@@ -27,15 +31,31 @@ public:
             "if no daemon answers.";
         line.option("--socket", &socket_, "PATH",
                     "Ask the daemon with this socket (its monitor.socket) only");
+        url_.declare(line);
         line.number("--watch", &watch_s_, "SECONDS", "Show it again every SECONDS until interrupted; 0: once",
                     0, 3600);
         line.flag("--json", json_, "Print one JSON object a line for each daemon, as docs/monitor.md says");
         line.examples = {"obscura status", "obscura status --watch 1",
-                         "obscura status --json | jq '.cameras[0].recent'"};
+                         "obscura status --json | jq '.cameras[0].recent'",
+                         "obscura status --url https://bench.example.org:8420"};
     }
 
     int run() override {
+        try {
+            return ask();
+        } catch (const nlohmann::ordered_json::exception& error) {
+            throw HardwareError(
+                fmt::format("obscura status: the answer is not as expected: {}", error.what()));
+        }
+    }
+
+private:
+    int ask() {
         catch_interrupts();
+        if (url_.given()) {
+            if (!socket_.empty()) throw UsageError("obscura status: --url excludes --socket");
+            web_.emplace("status", url_.http("status"));
+        }
         bool good = true;
         for (bool first = true; !interrupted(); first = false) {
             if (!first) wait();
@@ -46,12 +66,18 @@ public:
         return good ? exit_ok : exit_failure;
     }
 
-private:
-    [[nodiscard]] bool show() const {
+    [[nodiscard]] std::vector<nlohmann::ordered_json> states() {
+        if (web_) return web_->states();
+        std::vector<nlohmann::ordered_json> states;
+        for (const MonitorClient& client : connect_to_daemons(socket_))
+            states.push_back(client.ask({{"verb", "state"}}));
+        return states;
+    }
+
+    [[nodiscard]] bool show() {
         bool good = true;
         std::string text;
-        for (const MonitorClient& client : connect_to_daemons(socket_)) {
-            const nlohmann::ordered_json state = client.ask({{"verb", "state"}});
+        for (const nlohmann::ordered_json& state : states()) {
             text += json_ ? state.dump() + "\n" : status_text(state);
             good = none_bad(state) && good;
         }
@@ -70,6 +96,8 @@ private:
     }
 
     std::string socket_;
+    UrlOptions url_;
+    std::optional<RestClient> web_; ///< none: daemons of this machine are asked
     double watch_s_ = 0;
     bool json_ = false;
 };

@@ -4,7 +4,6 @@
 
 #include "tools/control/calling_verb.hpp"
 #include "tools/support/monitor_client.hpp"
-#include "tools/support/release_self_test.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -39,8 +38,8 @@ public:
                     "File to write (default: obscura-support-HOST-TIME.tar.zst in this folder)");
         declare_daemon(line);
         line.flag("--self-test", self_test_,
-                  "Measure row release also while a camera acquires, which it may make late (default: only "
-                  "while none does)");
+                  "Measure row release with real-time priority also while a camera acquires, which it may "
+                  "make late (default: then with ordinary scheduling)");
         line.examples = {"obscura support-bundle", "obscura support-bundle -o /tmp/bench.tar.zst",
                          "sudo obscura support-bundle    # for the daemon of the service"};
     }
@@ -56,13 +55,7 @@ protected:
         SupportBundle bundle(archive);
         add_machine(bundle, OBSCURA_VERSION);
         const std::size_t acquiring = add_what_daemon_tells(bundle);
-        if (self_test_ || acquiring == 0)
-            bundle.add("self-test.txt", "how late this machine releases rows", [] {
-                constexpr double seconds = 0.3;
-                return release_self_test(seconds);
-            });
-        else
-            bundle.note_missing("self-test.txt", "not made while a camera acquires (--self-test)");
+        add_self_test(bundle, self_test_ || acquiring == 0);
         bundle.finish();
         const std::string file = output_.empty() ? stem + ".tar.zst" : output_;
         archive.write(file);
@@ -84,8 +77,10 @@ private:
         } catch (const Interrupted&) {
             throw;
         } catch (const Error& error) {
+            if (error.status() == exit_usage) throw; // several daemons, for example
             bundle.note_missing("calls of the daemon", error.what());
         }
+        if (daemon().over_web()) return 0; // a daemon of this machine is another one
         try {
             const MonitorClient monitor = connect_to_daemon("obscura support-bundle", daemon().socket());
             return add_daemon(

@@ -45,7 +45,7 @@ public:
     int run() override {
         if (self_test_ != file_.empty())
             throw UsageError("obscura timing: either FILE or --self-test is wanted, not both");
-        write(self_test_ ? release_self_test(seconds_) : report());
+        write(self_test_ ? text_of(release_self_test(seconds_, true)) : report());
         return exit_ok;
     }
 

@@ -59,6 +59,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_start();
 [[nodiscard]] std::unique_ptr<Verb> make_stop();
 [[nodiscard]] std::unique_ptr<Verb> make_frame();
+[[nodiscard]] std::unique_ptr<Verb> make_probe();
 [[nodiscard]] std::unique_ptr<Verb> make_scene_list();
 [[nodiscard]] std::unique_ptr<Verb> make_scene_show();
 [[nodiscard]] std::unique_ptr<Verb> make_fault_list();

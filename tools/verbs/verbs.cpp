@@ -50,6 +50,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"stop", make_stop},
         VerbEntry{"trigger", make_trigger},
         VerbEntry{"frame", make_frame},
+        VerbEntry{"probe", make_probe},
         VerbEntry{"scene list", make_scene_list},
         VerbEntry{"scene show", make_scene_show},
         VerbEntry{"fault list", make_fault_list},

@@ -125,6 +125,11 @@ void FileSink::write(const Frame& frame) {
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);
         failing_ = false;
+        // Here, as a remote disk may take its time.
+        std::error_code unknown;
+        const auto room = std::filesystem::space(directory, unknown);
+        free_bytes_.store(unknown ? std::uint64_t{0} : std::uint64_t{room.available},
+                          std::memory_order_relaxed);
     } catch (const std::exception& error) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         if (!failing_) log_line(LogLevel::error, error.what(), "PLACE: WHY");
@@ -142,6 +147,15 @@ void FileSink::append_truth(const std::filesystem::path& file, const Frame& fram
     out.close();
     if (!out)
         throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+}
+
+TransportStatistics FileSink::statistics() const {
+    TransportStatistics s = Transport::statistics();
+    if (const std::uint64_t room = free_bytes_.load(std::memory_order_relaxed); room > 0)
+        s.values.push_back({"disk_free_bytes", room});
+    s.texts = {{"directory", settings_.directory},
+               {"trouble", failing_ ? "the latest frame could not be written: see the log" : ""}};
+    return s;
 }
 
 TransportCounters FileSink::counters() const noexcept {

@@ -34,6 +34,8 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    /// With the folder and, from the first frame on, the room on its disk.
+    [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
 private:
@@ -53,7 +55,8 @@ private:
     std::vector<std::uint16_t> partial_; ///< copy of a partial frame
     std::uint64_t last_id_ = 0, run_ = 1;
     std::uint64_t truth_run_ = 0; ///< whose truth.csv has been begun
-    bool failing_ = false;
+    std::atomic<bool> failing_{false};
+    std::atomic<std::uint64_t> free_bytes_{0}; ///< on the disk, after the latest frame; 0: not known
 };
 
 } // namespace obscura::transports

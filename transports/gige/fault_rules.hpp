@@ -3,22 +3,27 @@
 #pragma once
 
 #include "transports/fault_rules.hpp"
+#include "transports/gige/channels/gvsp_sender.hpp"
 #include "transports/gige/device/device.hpp"
 
 namespace obscura::transports::gige {
 
-/// `device` outlives this.
+/// `device` and `sender` outlive this.
 class GigeFaultRules final : public FaultRules {
 public:
-    explicit GigeFaultRules(Device& device) : device_(device) {}
+    GigeFaultRules(Device& device, const SenderCounters& sender) : device_(device), sender_(sender) {}
 
     [[nodiscard]] std::vector<Kind> kinds() const override;
     [[nodiscard]] Row blank() const override;
     [[nodiscard]] std::vector<Row> armed() const override;
+    [[nodiscard]] std::uint64_t newest_frame() const noexcept override {
+        return sender_.stream_frames.load(std::memory_order_relaxed);
+    }
     void arm(const std::vector<Row>& rows) override;
 
 private:
     Device& device_;
+    const SenderCounters& sender_;
 };
 
 } // namespace obscura::transports::gige

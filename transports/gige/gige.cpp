@@ -4,6 +4,7 @@
 #include "core/log.hpp"
 #include "transports/gige/channels/gvsp_sender.hpp"
 #include "transports/gige/control/control_server.hpp"
+#include "transports/gige/device_features.hpp"
 #include "transports/gige/fault_rules.hpp"
 
 #include <fmt/format.h>
@@ -34,10 +35,32 @@ void read_resends(const SenderCounters& s, GigeCounters& out) {
                    .queue_full = count(ResendOutcome::queue_full)};
 }
 
+/// What is known of the control channel and of the stream while they are open.
+void add_channels(const ControlPort& port, const GvspSender& sender, Time now, TransportStatistics& s) {
+    if (!port.controller().empty()) {
+        const Time heard{port.counters().heard_ns.load(std::memory_order_relaxed)};
+        s.values.push_back({"controller_silent_s", to_seconds(now - heard)});
+    }
+    const SenderCounters& counters = sender.counters();
+    const std::uint64_t target = counters.stream_target.load(std::memory_order_relaxed);
+    s.values.push_back({"no_receiver", counters.no_receiver.load(std::memory_order_relaxed)});
+    if (target == 0 || !sender.streaming()) return;
+    s.values.push_back({"packet_bytes", std::uint64_t{counters.packet_size.load(std::memory_order_relaxed)}});
+    s.texts.push_back({"stream_to", fmt::format("{}:{}", dotted(static_cast<std::uint32_t>(target >> 16)),
+                                                target & 0xFFFF)});
+}
+
 std::vector<TransportStatistics::Value> strikes_of(const ArmedFaults& faults) {
     std::vector<TransportStatistics::Value> all;
     for (auto& [label, struck] : faults.strikes())
         all.push_back({std::move(label), struck});
+    return all;
+}
+
+std::vector<TransportStatistics::Value> strikes_by_kind(const ArmedFaults& faults) {
+    std::vector<TransportStatistics::Value> all;
+    for (const auto& [fault, name] : enum_names(Fault{}))
+        all.push_back({std::string(name), faults.struck_since_start(fault)});
     return all;
 }
 
@@ -51,7 +74,8 @@ struct GigeCamera::Parts {
     Device device;
     ControlPort port;
     ControlServer server;
-    GigeFaultRules faults{device};
+    GigeFaultRules faults{device, sender.counters()};
+    GigeFeatures features;
 
     static NetworkInterface shown_network(const GigeSettings& s) {
         NetworkInterface network = find_interface(s.interface);
@@ -66,7 +90,8 @@ struct GigeCamera::Parts {
           sender(s, network, messages, clock, context.thread, slot),
           device(s, network, control, sender, messages, clock, context.seed),
           port(device, s, network, context.control_listener),
-          server(port, network, clock, s.port, control_thread(context.thread)) {
+          server(port, network, clock, s.port, control_thread(context.thread)),
+          features(device, control) {
         device.set_before_disk([this] { server.announce_disk(); });
         device.set_statistics([this] {
             const SenderCounters& c = sender.counters();
@@ -171,8 +196,11 @@ TransportStatistics GigeCamera::statistics() const {
                                      {"asked_before_sent", g.asked_before_sent},
                                      {"refused_packets", g.refused.sum()},
                                      {"repeated_packets", g.repeated_packets},
+                                     {"events_acknowledged", g.events_acknowledged},
+                                     {"events_lost", g.events_lost},
                                      {"control_taken", g.control_taken},
                                      {"control_lost", g.control_lost}});
+    if (parts_) add_channels(parts_->port, parts_->sender, clock_.now(), s);
     s.groups = {{"refused_because",
                  {{"no_longer_kept", g.refused.no_longer_kept},
                   {"by_fault", g.refused.by_fault},
@@ -182,6 +210,14 @@ TransportStatistics GigeCamera::statistics() const {
                   {"queue_full", g.refused.queue_full}}},
                 {"fault_strikes", parts_ ? strikes_of(parts_->device.armed_faults())
                                          : std::vector<TransportStatistics::Value>{}},
+                {"faults_struck", parts_ ? strikes_by_kind(parts_->device.armed_faults())
+                                         : std::vector<TransportStatistics::Value>{}},
+                {"commands",
+                 {{"received", g.commands},
+                  {"denied", g.denied},
+                  {"repeated", g.retries},
+                  {"throttled", g.throttled}}},
+                {"events", {{"acknowledged", g.events_acknowledged}, {"lost", g.events_lost}}},
                 {"trigger_to_first_packet_us",
                  {{"p50", us(g.trigger_to_first_p50_ns)}, {"p99", us(g.trigger_to_first_p99_ns)}}},
                 {"trigger_to_last_packet_us",
@@ -208,6 +244,10 @@ bool GigeCamera::run_between_commands(const ControlWork& work) {
 
 FaultRules* GigeCamera::fault_rules() noexcept {
     return parts_ ? &parts_->faults : nullptr;
+}
+
+DeviceFeatures* GigeCamera::device_features() noexcept {
+    return parts_ ? &parts_->features : nullptr;
 }
 
 void GigeCamera::release_control() {

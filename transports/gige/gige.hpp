@@ -104,6 +104,7 @@ public:
     [[nodiscard]] std::string controller() const override;
     [[nodiscard]] bool run_between_commands(const ControlWork& work) override;
     [[nodiscard]] FaultRules* fault_rules() noexcept override;
+    [[nodiscard]] DeviceFeatures* device_features() noexcept override;
     void release_control() override;
     [[nodiscard]] GigeCounters gige_counters() const noexcept;
     /// The IPv4 address the camera answers on; valid after start().

@@ -621,6 +621,23 @@ TransportCounters StimulatorOutput::counters() const noexcept {
             dropped_.load(std::memory_order_relaxed), bytes_.load(std::memory_order_relaxed)};
 }
 
+TransportStatistics StimulatorOutput::statistics() const {
+    TransportStatistics s = Transport::statistics();
+    const StimulatorStatus now = status();
+    s.values.insert(s.values.end(), {{"connects", now.connects},
+                                     {"late", now.late},
+                                     {"updates", now.updates},
+                                     {"unchanged", now.unchanged},
+                                     {"compressed", now.compressed},
+                                     {"failed", now.failed},
+                                     {"clipped_pixels", now.clipped_pixels}});
+    if (now.has_frame_status)
+        s.values.insert(s.values.end(),
+                        {{"device_shown", now.device_shown}, {"device_errors", now.device_errors}});
+    s.texts = {{"display", now.connected ? "connected" : "not found"}};
+    return s;
+}
+
 StimulatorStatus StimulatorOutput::status() const noexcept {
     StimulatorStatus status;
     status.connected = connected_.load(std::memory_order_relaxed);

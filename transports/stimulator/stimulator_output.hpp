@@ -59,6 +59,8 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    /// With what status() tells.
+    [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
     [[nodiscard]] StimulatorStatus status() const noexcept;
 

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <initializer_list>
 #include <utility>
 
 namespace obscura::transports {
@@ -97,7 +98,13 @@ bool V4l2Output::submit(const FrameRef& frame) noexcept {
     return true;
 }
 
+void V4l2Output::set_trouble(const std::string& problem) {
+    const std::lock_guard lock(trouble_mutex_);
+    trouble_ = problem;
+}
+
 void V4l2Output::report(const std::string& problem) {
+    set_trouble(problem);
     if (std::find(reported_.begin(), reported_.end(), problem) != reported_.end()) return;
     if (reported_.size() < most_causes) reported_.push_back(problem);
     count(problems_);
@@ -121,6 +128,7 @@ void V4l2Output::open(V4l2Image image) {
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_open_ns);
     node_ = std::make_unique<V4l2Node>(calls_, settings_, image, context_.frame_rate_hz);
     count(opened_);
+    set_trouble({});
     // Log the description only when it changes: a node that opens and then fails each time must not flood
     // the log.
     if (std::string description = node_->describe(); description != described_) {
@@ -233,6 +241,22 @@ void V4l2Output::send(const Frame& frame) {
 TransportCounters V4l2Output::counters() const noexcept {
     return {submitted_.load(std::memory_order_relaxed), delivered_.load(std::memory_order_relaxed),
             dropped_.load(std::memory_order_relaxed), bytes_.load(std::memory_order_relaxed)};
+}
+
+TransportStatistics V4l2Output::statistics() const {
+    TransportStatistics s = Transport::statistics();
+    const V4l2Counters c = v4l2_counters();
+    for (const auto& [name, value] :
+         std::initializer_list<std::pair<const char*, std::uint64_t>>{{"node_opened", c.opened},
+                                                                      {"node_lost", c.lost},
+                                                                      {"node_refused", c.refused},
+                                                                      {"no_node", c.no_node},
+                                                                      {"busy", c.busy},
+                                                                      {"partial", c.partial}})
+        s.values.push_back({name, value});
+    const std::lock_guard lock(trouble_mutex_);
+    s.texts = {{"node", settings_.device}, {"trouble", trouble_}};
+    return s;
 }
 
 V4l2Counters V4l2Output::v4l2_counters() const noexcept {

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -49,6 +50,8 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    /// With the node, and why it is not used.
+    [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
     [[nodiscard]] V4l2Counters v4l2_counters() const noexcept;
 
@@ -72,6 +75,7 @@ private:
     void try_open(V4l2Image image, Instant now);
     void lose(const std::string& problem, Instant now);
     void report(const std::string& problem);
+    void set_trouble(const std::string& problem);
     void retry_later(Instant now);
     void delivered();
     void send(const Frame& frame);
@@ -92,6 +96,8 @@ private:
     std::vector<std::string> reported_; ///< causes logged since the last image sent
     std::string described_;             ///< description of the node logged last
     std::uint64_t missed_ = 0;          ///< frames dropped since the last recovery
+    mutable std::mutex trouble_mutex_;
+    std::string trouble_; ///< why the node is not open; empty: it is
 
     std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
     std::atomic<std::uint64_t> opened_{0}, lost_{0}, refused_{0}, problems_{0}, no_node_{0}, busy_{0},

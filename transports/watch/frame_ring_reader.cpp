@@ -74,22 +74,26 @@ std::uint64_t FrameRingReader::newest() const noexcept {
 
 std::optional<RingFrame> FrameRingReader::read() const noexcept {
     for (int i = 0; i < most_tries; ++i) {
-        RingFrame frame;
-        frame.serial = newest();
-        if (frame.serial == 0) return std::nullopt;
-        const std::byte* const from = slot(frame.serial);
-        if (sequence_of(from) != frame.serial) continue;
-        read_words(&frame.header, from + offsetof(FrameRingSlot, header), sizeof frame.header);
-        read_words(&frame.truth, from + offsetof(FrameRingSlot, truth), sizeof frame.truth);
-        if (!intact(frame)) continue;
-        const std::uint64_t pixels = std::uint64_t{frame.header.width} * frame.header.height;
-        if (pixels > head_.most_pixels || frame.truth.body_count > frame.truth.bodies.size())
-            return std::nullopt;
-        frame.pixels = {reinterpret_cast<const std::uint16_t*>(from + head_.pixels_at),
-                        static_cast<std::size_t>(pixels)};
-        return frame;
+        const std::uint64_t serial = newest();
+        if (serial == 0) return std::nullopt;
+        if (const auto frame = read(serial)) return frame;
     }
     return std::nullopt;
+}
+
+std::optional<RingFrame> FrameRingReader::read(std::uint64_t serial) const noexcept {
+    RingFrame frame;
+    frame.serial = serial;
+    const std::byte* const from = slot(serial);
+    if (serial == 0 || sequence_of(from) != serial) return std::nullopt;
+    read_words(&frame.header, from + offsetof(FrameRingSlot, header), sizeof frame.header);
+    read_words(&frame.truth, from + offsetof(FrameRingSlot, truth), sizeof frame.truth);
+    if (!intact(frame)) return std::nullopt;
+    const std::uint64_t pixels = std::uint64_t{frame.header.width} * frame.header.height;
+    if (pixels > head_.most_pixels || frame.truth.body_count > frame.truth.bodies.size()) return std::nullopt;
+    frame.pixels = {reinterpret_cast<const std::uint16_t*>(from + head_.pixels_at),
+                    static_cast<std::size_t>(pixels)};
+    return frame;
 }
 
 bool FrameRingReader::intact(const RingFrame& frame) const noexcept {

@@ -34,6 +34,8 @@ public:
     [[nodiscard]] std::uint64_t newest() const noexcept;
     /// The newest frame; none: there is none, or the writer was faster each time.
     [[nodiscard]] std::optional<RingFrame> read() const noexcept;
+    /// The frame with that serial number; none: it has been overwritten, or is not there yet.
+    [[nodiscard]] std::optional<RingFrame> read(std::uint64_t serial) const noexcept;
     /// Whether what has been read of the frame's pixels until now is of that frame.
     [[nodiscard]] bool intact(const RingFrame& frame) const noexcept;
     /// Copies all pixels to `out`, which has room for them. Returns whether they are of that frame.

@@ -78,9 +78,14 @@ void WatchTransport::look(std::int64_t period_ns) {
     look_locked(period_ns);
 }
 
+void WatchTransport::count_saturated() {
+    saturated_.want(MonotonicClock().now() + watched_ns);
+    look(0);
+}
+
 void WatchTransport::look_locked(std::int64_t period_ns) {
     const std::int64_t now_ns = MonotonicClock().now().ns;
-    if (now_ns > watched_until_) newest_number_ = newest_serial_ = 0; // frames have gone by since
+    if (now_ns > watched_until_) newest_number_ = 0; // frames have gone by since
     if (period_ns <= period_ns_ || now_ns > period_until_) {
         const bool sooner = period_ns < period_ns_;
         period_ns_ = period_ns;
@@ -93,28 +98,42 @@ void WatchTransport::look_locked(std::int64_t period_ns) {
 std::optional<WatchedFrame> WatchTransport::newest(std::uint64_t after,
                                                    std::chrono::steady_clock::time_point until,
                                                    const std::atomic<bool>& given_up) {
-    WatchedFrame frame;
     std::unique_lock lock(mutex_);
     while (true) {
         look_locked(0);
+        std::uint64_t overwritten = 0;
         if (newest_number_ > after) {
-            frame.number = newest_number_;
-            frame.info = newest_info_;
-            const std::uint64_t serial = newest_serial_;
+            const Known known = known_[newest_];
             lock.unlock();
-            if (const auto there = reader_.read(); there && there->serial == serial) {
-                frame.flags = there->header.flags;
-                frame.rows = static_cast<std::int32_t>(there->header.rows);
-                frame.pixels.resize(there->pixels.size());
-                if (reader_.copy(*there, frame.pixels)) return frame;
-            }
+            if (auto frame = copy_of(known)) return frame;
+            overwritten = known.number;
             lock.lock();
         }
         const auto now = std::chrono::steady_clock::now();
         if (now >= until || given_up) return std::nullopt;
-        if (newest_number_ <= after || newest_number_ == frame.number)
+        if (newest_number_ <= after || newest_number_ == overwritten)
             changed_.wait_until(lock, std::min(until, now + look_period));
     }
+}
+
+std::optional<WatchedFrame> WatchTransport::numbered(std::uint64_t number) {
+    std::unique_lock lock(mutex_);
+    const auto found = std::find_if(known_.begin(), known_.end(),
+                                    [number](const Known& known) { return known.number == number; });
+    if (number == 0 || found == known_.end()) return std::nullopt;
+    const Known known = *found;
+    lock.unlock();
+    return copy_of(known);
+}
+
+std::optional<WatchedFrame> WatchTransport::copy_of(const Known& known) const {
+    const auto there = reader_.read(known.serial);
+    if (!there) return std::nullopt;
+    WatchedFrame frame{
+        known.number, known.info, there->header.flags, static_cast<std::int32_t>(there->header.rows), {}};
+    frame.pixels.resize(there->pixels.size());
+    if (!reader_.copy(*there, frame.pixels)) return std::nullopt;
+    return frame;
 }
 
 std::optional<FrameInfo> WatchTransport::newest_info(std::chrono::steady_clock::time_point until,
@@ -122,11 +141,50 @@ std::optional<FrameInfo> WatchTransport::newest_info(std::chrono::steady_clock::
     std::unique_lock lock(mutex_);
     while (true) {
         look_locked(look_period_of_info_ns);
-        if (newest_number_ > 0) return newest_info_;
+        if (newest_number_ > 0) return known_[newest_].info;
         const auto now = std::chrono::steady_clock::now();
         if (now >= until || given_up) return std::nullopt;
         changed_.wait_until(lock, std::min(until, now + look_period));
     }
+}
+
+std::optional<KeptFrame> WatchTransport::kept(std::uint64_t frame_id,
+                                              std::chrono::steady_clock::time_point until,
+                                              const std::atomic<bool>& given_up) {
+    if (frame_id == 0 && !newest_info(until, given_up)) return std::nullopt;
+    // Ids begin anew with each acquisition: of several the newest one.
+    const auto rank = [frame_id](const Known& known) {
+        return std::pair(known.serial > 0 && frame_id > 0 && known.info.frame_id == frame_id, known.serial);
+    };
+    const std::lock_guard lock(mutex_);
+    const auto found = std::max_element(
+        known_.begin(), known_.end(), [&rank](const Known& a, const Known& b) { return rank(a) < rank(b); });
+    const auto there = reader_.read(found->serial);
+    if (!there) return std::nullopt;
+    return KeptFrame{found->serial, found->info, there->header.flags,
+                     static_cast<std::int32_t>(there->header.rows),
+                     details_[found->serial % details_.size()].row_times};
+}
+
+std::optional<KeptPixel> WatchTransport::pixel(const KeptFrame& frame, std::int32_t x, std::int32_t y) {
+    const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.info.width) +
+                           static_cast<std::size_t>(x);
+    KeptPixel pixel;
+    {
+        const std::lock_guard lock(mutex_);
+        const std::size_t place = frame.serial % known_.size();
+        if (known_[place].serial != frame.serial) return std::nullopt;
+        if (at < details_[place].mean_e.size()) pixel.mean_e = details_[place].mean_e[at];
+    }
+    const auto there = reader_.read(frame.serial);
+    if (!there || at >= there->pixels.size()) return std::nullopt;
+    pixel.dn = __atomic_load_n(&there->pixels[at], __ATOMIC_RELAXED);
+    return reader_.intact(*there) ? std::optional(pixel) : std::nullopt;
+}
+
+std::int64_t WatchTransport::tai_offset_ns() {
+    const std::lock_guard lock(mutex_);
+    return known_[newest_].info.tai_offset_ns;
 }
 
 Time WatchTransport::due(const Place& place) const noexcept {
@@ -159,6 +217,7 @@ void WatchTransport::work() {
 
 void WatchTransport::copy(const Frame& frame, std::uint64_t number) {
     frame.wait_rows(frame.info.height);
+    saturated_.note(frame, MonotonicClock().now());
     const std::uint64_t serial = ring_.write(frame, number);
     if (serial == 0) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
@@ -169,9 +228,15 @@ void WatchTransport::copy(const Frame& frame, std::uint64_t number) {
     {
         const std::lock_guard lock(mutex_);
         newest_number_ = number;
-        newest_serial_ = serial;
-        newest_info_ = frame.info;
-        newest_info_.transmit = nullptr;
+        newest_ = serial % known_.size();
+        known_[newest_] = {number, serial, frame.info};
+        known_[newest_].info.transmit = nullptr;
+        // Memory of the frame that was there before serves again.
+        Details& details = details_[newest_];
+        details.row_times.assign(frame.row_times().begin(), frame.row_times().end());
+        if (const PixelTruth* const truth = frame.pixel_truth())
+            details.mean_e.assign(truth->mean_e.begin(),
+                                  truth->mean_e.begin() + static_cast<std::ptrdiff_t>(frame.pixels().size()));
     }
     changed_.notify_all();
 }

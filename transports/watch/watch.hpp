@@ -7,6 +7,7 @@
 #include "transports/transport.hpp"
 #include "transports/watch/frame_ring.hpp"
 #include "transports/watch/frame_ring_reader.hpp"
+#include "transports/watch/saturation_counts.hpp"
 
 #include <array>
 #include <atomic>
@@ -28,6 +29,21 @@ struct WatchedFrame {
     std::uint32_t flags = 0;           ///< FrameFlag
     std::int32_t rows = 0;             ///< that are there; the others are 0
     std::vector<std::uint16_t> pixels; ///< info.width x info.height
+};
+
+/// A frame of the ring with what its pixels do not say.
+struct KeptFrame {
+    std::uint64_t serial = 0; ///< of the ring
+    FrameInfo info;
+    std::uint32_t flags = 0;        ///< FrameFlag
+    std::int32_t rows = 0;          ///< that are there
+    std::vector<RowTime> row_times; ///< of all rows, scheduling clock
+};
+
+/// One pixel of a frame of the ring.
+struct KeptPixel {
+    std::uint16_t dn = 0;
+    std::optional<float> mean_e{}; ///< see PixelTruth; none: the pool keeps none
 };
 
 /// Copies frames to a FrameRing, only while somebody looks, and at most as fast as its thread runs: a frame
@@ -63,9 +79,23 @@ public:
     [[nodiscard]] std::optional<WatchedFrame> newest(std::uint64_t after,
                                                      std::chrono::steady_clock::time_point until,
                                                      const std::atomic<bool>& given_up);
+    /// A copy of the frame with that number; none: it is not among the latest that were copied.
+    [[nodiscard]] std::optional<WatchedFrame> numbered(std::uint64_t number);
     /// What is known of the newest frame, for which it waits as newest() does.
     [[nodiscard]] std::optional<FrameInfo> newest_info(std::chrono::steady_clock::time_point until,
                                                        const std::atomic<bool>& given_up);
+    /// The newest frame of the ring with that FrameInfo::frame_id; else the newest one, for which it waits as
+    /// newest() does if the id is 0. None: there is none.
+    [[nodiscard]] std::optional<KeptFrame> kept(std::uint64_t frame_id,
+                                                std::chrono::steady_clock::time_point until,
+                                                const std::atomic<bool>& given_up);
+    /// The pixel in column `x` and row `y` of such a frame; none: it has been overwritten.
+    [[nodiscard]] std::optional<KeptPixel> pixel(const KeptFrame& frame, std::int32_t x, std::int32_t y);
+    /// Looks, and has saturated pixels counted for the same time. Thread-safe.
+    void count_saturated();
+    [[nodiscard]] const SaturationCounts& saturated() const noexcept { return saturated_; }
+    /// TAI minus CLOCK_MONOTONIC at the newest frame that was copied; 0: none was. Thread-safe.
+    [[nodiscard]] std::int64_t tai_offset_ns();
     /// For readers of other processes.
     [[nodiscard]] FrameRing& ring() noexcept { return ring_; }
 
@@ -76,7 +106,20 @@ private:
         std::int64_t not_before_ns = 0; ///< if no newer frame comes until then; 0: copied in any case
     };
 
+    /// A frame of the ring.
+    struct Known {
+        std::uint64_t number = 0, serial = 0; ///< 0: none
+        FrameInfo info;
+    };
+    /// What few ask for of it.
+    struct Details {
+        std::vector<RowTime> row_times;
+        std::vector<float> mean_e; ///< PixelTruth::mean_e; empty: the pool keeps none
+    };
+
     void work();
+    /// The frame with its pixels; none: it has been overwritten.
+    [[nodiscard]] std::optional<WatchedFrame> copy_of(const Known& known) const;
     /// When `place` is to be copied if no newer frame comes; CLOCK_MONOTONIC.
     [[nodiscard]] Time due(const Place& place) const noexcept;
     void copy(const Frame& frame, std::uint64_t number);
@@ -98,12 +141,15 @@ private:
 
     FrameRing ring_; ///< written by the own thread
     const FrameRingReader reader_;
+    SaturationCounts saturated_; ///< noted by the own thread
 
     std::mutex mutex_; ///< of what follows
     std::condition_variable changed_;
     std::int64_t period_until_ = 0;
-    std::uint64_t newest_number_ = 0, newest_serial_ = 0; ///< of the ring; 0: none since somebody looks
-    FrameInfo newest_info_;
+    std::uint64_t newest_number_ = 0;               ///< of the ring; 0: none since somebody looks
+    std::array<Known, FrameRing::slots> known_{};   ///< that with serial s at s % slots
+    std::array<Details, FrameRing::slots> details_; ///< of those
+    std::size_t newest_ = 0;                        ///< among them
 };
 
 } // namespace obscura::transports

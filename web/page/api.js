@@ -13,11 +13,13 @@ function takeToken() {
 }
 export const token = takeToken();
 
-/** Refusal of a request. `message` is one line for the operator; `status` 0: no answer at all. */
+/** Refusal of a request. `message` is one line for the operator; `field`: what of the request is wrong, if that is known; `status` 0: no
+ *  answer at all. */
 export class Refused extends Error {
-  constructor(status, message) {
+  constructor(status, message, field = "") {
     super(message);
     this.status = status;
+    this.field = field;
   }
 }
 
@@ -26,7 +28,7 @@ function why(status, detail) {
   if (status === 401 || status === 429)
     return token ? "This token is not known: ask for a new link." : "A token is wanted: use the link that obscura-web prints.";
   if (status === 403) return `Not allowed for your role: ${detail}`;
-  if (status === 404 && /paths are/.test(detail)) return "This obscura-web does not have that yet: a later version is wanted.";
+  if (status === 404 && /paths (are|stand)/.test(detail)) return "This obscura-web does not have that yet: a later version is wanted.";
   if (/^no call "/.test(detail)) return "This daemon does not answer that yet: a later version is wanted.";
   if (status === 503 && !detail) return "This daemon takes no calls: set control.unix_socket in its configuration.";
   return detail || `obscura-web answers ${status}`;
@@ -47,12 +49,13 @@ export async function ask(path, {method = "GET", body} = {}) {
     throw new Refused(0, "obscura-web does not answer.");
   }
   if (answer.ok) return answer;
-  let detail = "";
+  let detail = "", field = "";
   try {
     const problem = await answer.json();
     detail = problem.detail || problem.title || "";
+    field = problem.errors?.[0]?.field ?? "";
   } catch { /* a proxy's page, perhaps */ }
-  const error = new Refused(answer.status, why(answer.status, detail));
+  const error = new Refused(answer.status, why(answer.status, detail), field);
   if (answer.status === 401 || answer.status === 429) refused = error;
   throw error;
 }
@@ -96,20 +99,33 @@ export function useRepeated(work, ms, key) {
   return {value: state.key === key ? state.value : undefined, error: state.key === key ? state.error : null, again};
 }
 
-/** State of a command that the operator gives: {busy, said, bad, run}. `run(work)`: work answers with the line to show. */
+/** State of a command that the operator gives: {busy, said, bad, field, run}. `run(work)`: work answers with the line to show. */
 export function useCommand() {
-  const [state, setState] = useState({busy: false, said: "", bad: false});
+  const none = {busy: false, said: "", bad: false, field: ""};
+  const [state, setState] = useState(none);
   const run = useCallback(async (work) => {
-    setState({busy: true, said: "", bad: false});
+    setState({...none, busy: true});
     try {
-      setState({busy: false, said: await work() ?? "", bad: false});
+      setState({...none, said: await work() ?? ""});
       return true;
     } catch (error) {
-      setState({busy: false, said: error.message, bad: true});
+      setState({...none, said: error.message, bad: true, field: error.field ?? ""});
       return false;
     }
   }, []);
   return {...state, run};
+}
+
+/** Puts a text onto the clipboard. Pages of plain HTTP have no navigator.clipboard, others may lack the permission. */
+export async function copy(text) {
+  if (await navigator.clipboard?.writeText(text).then(() => true, () => false)) return;
+  const field = document.createElement("textarea");
+  field.value = text;
+  document.body.append(field);
+  field.select();
+  const done = document.execCommand("copy");
+  field.remove();
+  if (!done) throw new Error(`This browser does not let the page copy: mark ${text} by hand.`);
 }
 
 /** Lets the browser save `blob` under `name`. */

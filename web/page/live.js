@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Screen Live: the picture of the camera, probe, histogram, bodies, region of interest, saving a frame.
+// Screen Live: the picture of the camera with its truth, probe, histogram, region of interest; holding, comparing and saving a frame.
 import {html, useCallback, useEffect, useRef, useState} from "./vendor/preact-htm.js";
-import {ask, askJson, cameraPath, save, useCommand, useRepeated} from "./api.js";
+import {askJson, cameraPath, useRepeated} from "./api.js";
 import {figure, taiText} from "./format.js";
+import {fetchFrame} from "./frames.js";
 import {LiveSocket} from "./live_socket.js";
 import {Levels, Probe, Profile, Region, electronsOf} from "./live_panels.js";
-import {Facts, Note, Said} from "./parts.js";
+import {Age, Compare, Layers, Overlays, SaveFrame, Truth, useCompare, useProbe, useRemembered} from "./live_tools.js";
+import {overlayLayers} from "./overlays.js";
+import {Facts, Note} from "./parts.js";
 import {Viewer} from "./viewer.js";
 
-const ZOOM_STEP = 1.25, TRUTH_MS = 500, FEATURES_MS = 2000, CONFIGURATION_MS = 60000;
+const ZOOM_STEP = 1.25, CLICK_PX = 3, TRUTH_MS = 500, FEATURES_MS = 2000, CONFIGURATION_MS = 60000;
 
 /** Viewer and socket of one camera, on the elements of `stage`. Renders again whenever what they hold changes. */
 function useViewer(camera) {
@@ -19,9 +22,10 @@ function useViewer(camera) {
     const changed = () => setTurn((turn) => turn + 1);
     const viewer = told.viewer = new Viewer(canvas.current, {changed, wants: (view) => socket.setView({camera: camera.id, ...view})});
     const socket = told.socket = new LiveSocket({camera: camera.id, ...viewer.view()}, {
-      picture: (picture) => {
+      picture: async (picture) => {
         told.note = "";
-        viewer.show(picture);
+        if (picture.jpeg) picture.bitmap = await createImageBitmap(new Blob([picture.jpeg], {type: "image/jpeg"})).catch(() => null);
+        if (picture.pixels || picture.bitmap) viewer.show(picture);
         requestAnimationFrame(() => socket.ready());
       },
       histogram: (figures) => { told.histogram = figures; changed(); },
@@ -39,20 +43,6 @@ function useViewer(camera) {
   return {stage, canvas, told: live.current};
 }
 
-/** Centres and limbs of the bodies, over the picture. */
-function Bodies({viewer, truth, ratio}) {
-  if (!viewer?.picture || !truth) return null;
-  return html`<svg class="overlay" aria-hidden="true">${truth.bodies.filter((body) => body.x !== null && body.x !== undefined).map((body) => {
-    const at = viewer.toScreen(body.x + 0.5, body.y + 0.5), x = at.x / ratio, y = at.y / ratio;
-    const radius = Math.max(3, body.radius_px * viewer.scale / ratio);
-    return html`<g key=${body.name}><circle cx=${x} cy=${y} r=${radius} /><path d=${`M${x - 6} ${y}h12M${x} ${y - 6}v12`} />
-      <text x=${x + Math.min(radius, 200) * 0.72 + 4} y=${y - Math.min(radius, 200) * 0.72 - 4}>${body.name}</text></g>`;
-  })}${(truth.stars ?? []).map((star, k) => {
-    const at = viewer.toScreen(star.x + 0.5, star.y + 0.5), x = at.x / ratio, y = at.y / ratio;
-    return html`<g key=${k} class="star"><circle cx=${x} cy=${y} r="7" /><text x=${x + 9} y=${y + 4}>${star.name ?? ""}</text></g>`;
-  })}</svg>`;
-}
-
 function BodyTable({truth}) {
   if (!truth) return null;
   return html`<details class="panel"><summary>Bodies in frame ${truth.frame}</summary>
@@ -62,42 +52,56 @@ function BodyTable({truth}) {
       <td class="number">${figure(b.y, 7)}</td><td class="number">${figure(b.radius_px, 5)}</td><td class="number">${figure(b.range_m, 7)}</td></tr>`)}</tbody></table></details>`;
 }
 
-function SaveFrame({camera, told}) {
-  const command = useCommand();
-  const saveAs = (suffix) => command.run(async () => {
-    const answer = await ask(cameraPath(camera.id, `frames/latest.${suffix}`));
-    const frame = answer.headers.get("X-Obscura-Frame") ?? "latest";
-    save(await answer.blob(), `frame_${frame}.${suffix}`);
-    return `Saved frame ${frame}.`;
-  });
-  const saveShown = () => command.run(async () => {
-    const blob = await new Promise((done) => told.viewer.source.toBlob(done));
-    save(blob, `shown_${told.viewer.picture.frame}.png`);
-    return `Saved frame ${told.viewer.picture.frame} as it is shown.`;
-  });
-  return html`<div class="panel"><h2>Save</h2><div class="buttons">
-      <button onClick=${() => saveAs("fits")} title="The newest frame as it left the detector, with its truth">newest, FITS</button>
-      <button onClick=${() => saveAs("png")} title="The newest frame, 16 bits">newest, PNG</button>
-      <button disabled=${!told.viewer?.picture} onClick=${saveShown} title="The picture above, stretched to 8 bits">this, as shown</button>
-    </div><${Said} of=${command} /></div>`;
+/** Holds the frame on the screen, all of it: [held, setHeld, why not all]. */
+function useHold(camera, told) {
+  const [held, setHeld] = useState(false), [why, setWhy] = useState("");
+  const {viewer, socket} = told;
+  useEffect(() => {
+    if (!viewer) return undefined;
+    let on = true;
+    viewer.hold(held);
+    socket.hold(held);
+    setWhy("");
+    if (held && viewer.picture)
+      fetchFrame(camera, viewer.picture.id).then((frame) => { if (on) viewer.freeze(frame); }, (error) => { if (on) setWhy(`Only what is shown is held: ${error.message}`); });
+    return () => { on = false; };
+  }, [viewer, held]);
+  return [held, setHeld, why];
+}
+
+/** Which of two frames is on the screen. */
+function badgeOf({mode, reference, other}, picture) {
+  if (mode === "off") return null;
+  return html`<span class="badge">${mode === "difference" ? `${picture.frame} − ${reference.frame}` : `frame ${other ? reference.frame : picture.frame}`}</span>`;
 }
 
 export function Live({camera, may}) {
   const {stage, canvas, told} = useViewer(camera);
   const {viewer, socket} = told, picture = viewer?.picture;
   const [stretch, setStretch] = useState({kind: "auto", black: 0, white: 4095});
-  const [held, setHeld] = useState(false), [overlay, setOverlay] = useState(true), [reduce, setReduce] = useState("max");
+  const [held, setHeld, notHeld] = useHold(camera, told);
+  const [overlay, setOverlay] = useState(true), [reduce, setReduce] = useState("max");
+  const [layers, setLayers] = useRemembered("layers", Object.fromEntries(overlayLayers.map(({key, on}) => [key, on])));
+  const comparing = useCompare(camera, told), [pixel, probe] = useProbe(camera);
   const [cursor, setCursor] = useState(null), [drawing, setDrawing] = useState(false), [region, setRegion] = useState(null);
   const features = useRepeated(() => askJson(cameraPath(camera.id, "features")), FEATURES_MS, camera.id);
   const configuration = useRepeated(() => askJson(cameraPath(camera.id, "configuration")), CONFIGURATION_MS, camera.id);
   const truth = useRepeated(() => askJson(cameraPath(camera.id, "truth")), TRUTH_MS, overlay && !held ? camera.id : undefined);
-  const kept = useRef(null);
+  const kept = useRef(null), [, heldTruth] = useState(null);
+  // That of the frame that is held, which the newest one need not be.
+  useEffect(() => {
+    if (!held || !overlay || !picture || String(kept.current?.frame) === String(picture.frame)) return undefined;
+    let on = true;
+    askJson(cameraPath(camera.id, `truth?frame=${picture.frame}`)).then((answer) => { if (on) heldTruth(kept.current = answer); }, () => {}); // the badge then says of which frame they are
+    return () => { on = false; };
+  }, [held, overlay]);
   if (truth.value || !held) kept.current = overlay ? truth.value : null;
   const ratio = devicePixelRatio || 1;
 
   useEffect(() => { viewer?.setStretch(stretch); }, [viewer, stretch]);
   useEffect(() => { viewer?.setReduce(reduce); }, [viewer, reduce]);
-  useEffect(() => { socket?.hold(held); }, [socket, held]);
+  const numbers = !!cursor || stretch.kind !== "auto" || comparing.compare.mode !== "off";
+  useEffect(() => { viewer?.setNumbers(numbers); }, [viewer, numbers]);
 
   const at = (event) => {
     const box = canvas.current.getBoundingClientRect();
@@ -107,12 +111,13 @@ export function Live({camera, may}) {
   const onDown = (event) => {
     if (!picture || event.button !== 0) return;
     canvas.current.setPointerCapture(event.pointerId);
-    drag.current = {from: at(event), x: event.clientX, y: event.clientY};
+    drag.current = {from: at(event), x: event.clientX, y: event.clientY, x0: event.clientX, y0: event.clientY};
   };
   const onMove = (event) => {
     if (!picture) return;
     const here = at(event), start = drag.current;
-    setCursor({x: Math.floor(here.x), y: Math.floor(here.y)});
+    const x = Math.floor(here.x), y = Math.floor(here.y), {width, height} = viewer.image;
+    setCursor(x >= 0 && y >= 0 && x < width && y < height ? {x, y} : null);
     if (!start) return;
     if (drawing) {
       setRegion({x: Math.min(start.from.x, here.x), y: Math.min(start.from.y, here.y),
@@ -122,9 +127,16 @@ export function Live({camera, may}) {
       drag.current = {...start, x: event.clientX, y: event.clientY};
     }
   };
-  const onUp = () => {
-    if (drag.current && drawing && region) setDrawing(false);
+  const onUp = (event) => {
+    const start = drag.current;
     drag.current = null;
+    if (start && drawing && region) setDrawing(false);
+    else if (start && !drawing && Math.hypot(event.clientX - start.x0, event.clientY - start.y0) < CLICK_PX) ask(Math.floor(start.from.x), Math.floor(start.from.y));
+  };
+  /** What the scene says of that pixel of the frame that is shown. */
+  const ask = (x, y) => {
+    const {width, height} = viewer.image;
+    if (x >= 0 && y >= 0 && x < width && y < height) probe(x, y, viewer.picture.frame);
   };
   // A wheel listener that keeps the page from scrolling is not passive, which attributes cannot say.
   useEffect(() => {
@@ -150,6 +162,7 @@ export function Live({camera, may}) {
       ArrowLeft: () => move(-step, 0), ArrowRight: () => move(step, 0), ArrowUp: () => move(0, -step), ArrowDown: () => move(0, step),
       "+": () => viewer.zoom(viewer.scale * ZOOM_STEP), "-": () => viewer.zoom(viewer.scale / ZOOM_STEP),
       f: () => viewer.fit(), o: () => viewer.zoom(1), " ": () => setHeld(!held), r: () => setDrawing(!drawing), b: () => setOverlay(!overlay),
+      c: () => comparing.change({other: !comparing.compare.other}), Enter: () => { if (cursor) ask(cursor.x, cursor.y); },
     };
     const action = actions[event.key];
     if (!action) return;
@@ -161,6 +174,7 @@ export function Live({camera, may}) {
   const values = Object.fromEntries((features.value?.features ?? []).map((row) => [row.name, row]));
   const electrons = electronsOf(probed?.dn, values, configuration.value?.entries, camera.number);
   const box = region && viewer && {...viewer.toScreen(region.x, region.y), width: region.width * viewer.scale, height: region.height * viewer.scale};
+  const late = held && overlay && picture && kept.current && String(kept.current.frame) !== String(picture.frame);
   return html`<div class="live">
     <div class="stage-side">
       <div class="toolbar" role="toolbar" aria-label="Picture">
@@ -169,38 +183,46 @@ export function Live({camera, may}) {
         <button onClick=${() => viewer?.zoom(viewer.scale / ZOOM_STEP)} aria-label="zoom out">−</button>
         <button onClick=${() => viewer?.zoom(viewer.scale * ZOOM_STEP)} aria-label="zoom in">+</button>
         <span class="scale">${picture ? `${figure(100 * viewer.scale, 3)} %` : ""}</span>
-        <button aria-pressed=${String(held)} onClick=${() => setHeld(!held)}>hold</button>
-        <button aria-pressed=${String(overlay && !truth.error)} disabled=${!!truth.error} title=${truth.error?.message ?? "centres and limbs of the bodies"} onClick=${() => setOverlay(!overlay)}>bodies</button>
+        <button aria-pressed=${String(held)} disabled=${!picture} onClick=${() => setHeld(!held)} title="space">hold</button>
         <button aria-pressed=${String(drawing)} disabled=${!picture} onClick=${() => setDrawing(!drawing)}>draw region</button>
         <label>binned <select value=${reduce} onChange=${(e) => setReduce(e.target.value)}><option value="max">by maximum</option><option value="mean">by mean</option></select></label>
       </div>
+      <${Layers} layers=${layers} setLayers=${setLayers} all=${overlay} setAll=${setOverlay} error=${truth.error} />
       <div class=${`stage${drawing ? " drawing" : ""}`} ref=${stage}>
         <canvas ref=${canvas} tabindex="0" role="img" onPointerDown=${onDown} onPointerMove=${onMove} onPointerUp=${onUp} onKeyDown=${onKey}
-          aria-label="Picture of the camera. Arrow keys move the probe, plus and minus zoom, f fits, o is one to one, space holds, b shows bodies, r draws a region."></canvas>
-        ${overlay && html`<${Bodies} viewer=${viewer} truth=${kept.current} ratio=${ratio} />`}
-        ${(box || probed) && html`<svg class="overlay" aria-hidden="true">
+          aria-label="Picture of the camera. Arrow keys move the probe, plus and minus zoom, f fits, o is one to one, Enter asks for the truth of the pixel, space holds, b shows overlays, c turns a comparison over, r draws a region."></canvas>
+        ${picture && overlay && kept.current && html`<${Overlays} viewer=${viewer} truth=${kept.current} layers=${layers} ratio=${ratio} theme=${document.documentElement.dataset.theme} />`}
+        ${(box || probed || (picture && pixel)) && html`<svg class="overlay" aria-hidden="true">
           ${box && html`<rect class="region" x=${box.x / ratio} y=${box.y / ratio} width=${box.width / ratio} height=${box.height / ratio} />`}
           ${probed && (() => {
             const p = viewer.toScreen(probed.x, probed.y), size = Math.max(5, probed.bin * viewer.scale) / ratio;
             return html`<rect class="probe" x=${p.x / ratio} y=${p.y / ratio} width=${size} height=${size} />`;
+          })()}
+          ${picture && pixel && (() => {
+            const p = viewer.toScreen(pixel.x + 0.5, pixel.y + 0.5), x = p.x / ratio, y = p.y / ratio;
+            return html`<path class="asked" d=${`M${x - 12} ${y}h8M${x + 4} ${y}h8M${x} ${y - 12}v8M${x} ${y + 4}v8`} />`;
           })()}</svg>`}
         ${told.note && html`<p class="stage-note" role="status">${!picture && !camera.state.acquiring ? "The acquisition is stopped: no frames." : told.note}</p>`}
-        ${held && html`<p class="stage-badge">held: frame ${String(picture?.frame ?? "")}</p>`}
+        <p class="stage-badges">${held && html`<span class="badge">held: frame ${String(picture?.frame ?? "")}</span>`}
+          ${comparing.compare.reference && picture && badgeOf(comparing.compare, picture)}
+          ${late && html`<span class="badge plain">overlays: frame ${String(kept.current.frame)}</span>`}</p>
       </div>
+      ${notHeld && html`<${Note}>${notHeld}<//>`}
       ${picture?.rateLowered && html`<${Note}>Fewer pictures than asked for: the server's share for all viewers is used up.<//>`}
+      ${picture?.bitmap && html`<${Note}>A JPEG, without digital numbers: the server's share for all viewers is used up. Point at the picture, zoom to 1:1 or hold it for numbers.<//>`}
       ${picture?.viewLowered && html`<${Note}>Coarser than asked for: the server's share for all viewers is used up.<//>`}
     </div>
     <div class="side">
       <div class="panel"><h2>Frame</h2>${picture ? html`<${Facts} label="Frame" rows=${[
-        ["frame", String(picture.frame)], ["trigger", String(picture.trigger)], ["edge", taiText(picture.edgeTaiNs)],
+        ["frame", String(picture.frame)], ["age", html`<${Age} picture=${picture} />`], ["trigger", String(picture.trigger)], ["edge", taiText(picture.edgeTaiNs)],
         ["image", `${picture.imageWidth} x ${picture.imageHeight}, ${picture.bits} bit`],
         ["rows so far", `${picture.rows} of ${picture.imageHeight}`],
         ["shown as", picture.bin > 1 ? `${picture.reduce === "max" ? "largest" : "mean"} of ${picture.bin} x ${picture.bin}` : "single pixels"],
-        ["skipped here", picture.skipped]]} />` : html`<p class="note">None yet.</p>`}</div>
-      <${Probe} cursor=${cursor} probed=${probed} electrons=${electrons} />
+        ["skipped here", picture.skipped]]} />` : html`<p class="note">None yet.</p>`}<${SaveFrame} camera=${camera} told=${told} /></div>
+      <${Probe} cursor=${cursor} probed=${probed} electrons=${electrons} reference=${comparing.compare.reference}><${Truth} probed=${pixel} /><//>
       <${Profile} viewer=${viewer} cursor=${probed ? cursor : null} />
-      <${SaveFrame} camera=${camera} told=${told} />
       <${Levels} stretch=${stretch} setStretch=${setStretch} viewer=${viewer} histogram=${told.histogram} />
+      <${Compare} of=${comparing} viewer=${viewer} />
       <${Region} camera=${camera} values=${values} error=${features.error} may=${may} region=${region} setRegion=${setRegion} image=${viewer?.image} changed=${features.again} />
       <${BodyTable} truth=${overlay ? kept.current : null} />
     </div>

@@ -19,16 +19,18 @@ export function electronsOf(dn, values, entries, number) {
   return {electrons, formula: `(${dn} DN − ${figure(black)} DN) / (${figure(k)} DN/e- · 10^(${figure(db)} dB / 20))`};
 }
 
-export function Probe({cursor, probed, electrons}) {
+/** `reference`: the frame that this one is compared with, or null. */
+export function Probe({cursor, probed, electrons, reference, children}) {
   const place = cursor ? `${cursor.x}, ${cursor.y}` : "–";
   const what = !probed ? "" : probed.bin > 1 ? `${probed.reduce === "max" ? "largest" : "mean"} of ${probed.bin} x ${probed.bin} from ${probed.x}, ${probed.y}; 1:1 shows the pixel` : "the pixel itself";
   return html`<div class="panel probe-panel"><h2>Probe</h2>
     <table class="facts" aria-label="Probe"><tbody>
       <tr><th scope="row">x, y</th><td class="number">${place}</td></tr>
       <tr><th scope="row">DN</th><td class="number" id="probe-dn">${probed ? count(probed.dn) : "–"}</td></tr>
+      ${reference && html`<tr><th scope="row">DN in frame ${reference.frame}</th><td class="number">${probed?.reference === undefined ? "–" : `${count(probed.reference)} (${probed.dn < probed.reference ? "−" : "+"}${count(Math.abs(probed.dn - probed.reference))})`}</td></tr>`}
       <tr><th scope="row">electrons, estimated</th><td class="number" id="probe-electrons">${electrons.electrons === undefined ? "–" : figure(electrons.electrons, 5)}</td></tr>
     </tbody></table>
-    <p class="small">${what}${electrons.formula ? html`<br />${electrons.formula}` : electrons.why ? html`<br />${electrons.why}` : ""}</p></div>`;
+    <p class="small">${what}${electrons.formula ? html`<br />${electrons.formula}` : electrons.why ? html`<br />${electrons.why}` : ""}</p>${children}</div>`;
 }
 
 const WIDTH = 320, HEIGHT = 90, PROFILE_HEIGHT = 54;
@@ -36,7 +38,7 @@ const WIDTH = 320, HEIGHT = 90, PROFILE_HEIGHT = 54;
 /** Digital numbers along the row and the column of the probe, as far as they are shown. */
 export function Profile({viewer, cursor}) {
   const p = viewer?.picture;
-  if (!p || !cursor) return null;
+  if (!p?.pixels || !cursor) return null;
   const column = Math.floor((cursor.x - p.x) / p.bin), line = Math.floor((cursor.y - p.y) / p.bin);
   const row = p.pixels.subarray(line * p.columns, (line + 1) * p.columns), down = Uint16Array.from({length: p.lines}, (_, k) => p.pixels[k * p.columns + column]);
   const plot = (name, values, at) => {

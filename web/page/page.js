@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operator's page: top bar with the verdict, screens, theme. What it shows is asked for twice a second.
-import {html, render, useEffect, useState} from "./vendor/preact-htm.js";
+import {html, render, useEffect, useRef, useState} from "./vendor/preact-htm.js";
 import {askJson, cameraPath, useCommand, useRepeated} from "./api.js";
-import {CameraScreen} from "./camera.js";
-import {Faults, useFaults} from "./faults.js";
+import {CameraScreen, fireSoftwareTrigger, triggerOf} from "./camera.js";
+import {Faults, strikingOf, useFaults} from "./faults.js";
 import {figure} from "./format.js";
 import {Live} from "./live.js";
 import {Said} from "./parts.js";
@@ -49,28 +49,38 @@ function Theme() {
 }
 
 /** Faults that the configuration or the operator has armed, where the daemon counts their strikes. */
-const armedOf = (camera, faults) => faults.value ? faults.value.rules.length : Object.keys(camera.state.transports?.gige?.fault_strikes ?? {}).filter((name) => name.startsWith("rule_")).length;
+const armedOf = (camera, faults) => faults.value ? strikingOf(faults.value).length : Object.keys(camera.state.transports?.gige?.fault_strikes ?? {}).filter((name) => name.startsWith("rule_")).length;
 
 function Item({name, children, bad}) {
   return html`<div class=${`item${bad ? " bad-item" : ""}`}><dt>${name}</dt><dd>${children}</dd></div>`;
 }
 
-function Bar({camera, cameras, choose, role, may, faults, trouble}) {
-  const stop = useCommand();
-  const halt = () => stop.run(() => askJson(cameraPath(camera.id, "acquisition"), {method: "POST", body: {running: false}}).then(() => ""));
+/** `trigger`: the command of its button, whose answer stands beside the screens' names: the bar keeps its height. */
+function Bar({camera, cameras, choose, role, may, faults, trouble, trigger}) {
+  const change = useCommand();
+  const acquire = (running) => change.run(() => askJson(cameraPath(camera.id, "acquisition"), {method: "POST", body: {running}}).then(() => ""));
   const s = camera?.state, armed = camera ? armedOf(camera, faults) : 0, recent = s?.recent;
   const rate = recent?.seconds > 0 ? `${figure(recent.complete / recent.seconds, 3)} Hz` : "–";
   return html`<header class="bar"><div class="first"><h1>Obscura</h1>
       ${cameras.length > 1 && html`<label>Camera <select id="which" value=${camera?.id} onChange=${(e) => choose(e.target.value)}>${
         cameras.map((one) => html`<option key=${one.id} value=${one.id}>${one.name}</option>`)}</select></label>`}
-      <p id="verdict" role="status" class=${`verdict ${trouble ? "bad" : s?.verdict.health ?? "idle"}`}>${
-        trouble || html`<span aria-hidden="true">${SIGNS[s?.verdict.health] ?? "–"} </span>${s ? (s.verdict.health === "bad" ? "NOT GOOD: " : "") + s.verdict.text : "asking ..."}`}</p>
+      <p id="verdict" role="status" title=${s?.verdict.health === "bad" ? "Timing tells more (key 2)" : undefined} class=${`verdict ${trouble ? "bad" : s?.verdict.health ?? "idle"}`}>${
+        trouble ? html`<span aria-hidden="true">${SIGNS.bad} </span>${trouble}` : html`<span aria-hidden="true">${SIGNS[s?.verdict.health] ?? "–"} </span>${s ? (s.verdict.health === "bad" ? "NOT GOOD: " : "") + s.verdict.text : "asking ..."}`}</p>
       <${Theme} /></div>
     ${s && html`<dl class="items"><${Item} name="frame">${String(s.frame_id)}<//><${Item} name="rate">${rate}<//>
-      <${Item} name="clock">${s.clock.source}, ${s.clock.state}<//><${Item} name="acquisition">${s.acquiring ? "runs" : "stopped"}${may.operate && s.acquiring && html` <button class="mini" disabled=${stop.busy} title=${stop.said} onClick=${halt} aria-label="stop the acquisition">stop</button>`}<//>
+      <${Item} name="trigger">${triggerOf(s)}${may.operate && s.acquiring && triggerOf(s) === "Software" && html` <button class="mini" disabled=${trigger.busy} onClick=${() => trigger.run(() => fireSoftwareTrigger(camera))} aria-label="fire the software trigger">fire</button>`}<//>
+      <${Item} name="clock">${s.clock.state}<//><${Item} name="acquisition">${s.acquiring ? "runs" : "stopped"}${may.operate && html` <button class="mini" disabled=${change.busy} title=${change.said} onClick=${() => acquire(!s.acquiring)} aria-label=${`${s.acquiring ? "stop" : "start"} the acquisition`}>${s.acquiring ? "stop" : "start"}</button>`}<//>
       <${Item} name="controlled by">${s.controller || "nobody"}<//>
       <${Item} name="faults" bad=${armed > 0}>${armed ? `${armed} ARMED` : "none"}<//><${Item} name="your role">${role ?? "viewer"}<//></dl>`}
-    ${stop.bad && html`<${Said} of=${stop} />`}</header>`;
+    ${change.bad && html`<${Said} of=${change} />`}</header>`;
+}
+
+/** What to do where no daemon answers. */
+function NoCamera({why}) {
+  return html`<section class="panel" aria-labelledby="n-why"><h2 id="n-why">No daemon answers on this machine</h2><p>${why}</p>
+    <p>Why it has ended, or does not start: <code>systemctl status obscurad</code> and <code>journalctl -u obscurad</code>. A mistake in its configuration is a line with file and place: <code>obscura check /etc/obscura/obscurad.toml</code>.
+      A daemon of your own: <code>obscurad --config FILE</code>.</p>
+    <p>This page looks on, and shows the camera as soon as it is there.</p></section>`;
 }
 
 function App() {
@@ -79,7 +89,7 @@ function App() {
   const [chosen, setChosen] = useState("");
   const cameras = camerasOf(state.value), camera = cameras.find((one) => one.id === chosen) ?? cameras[0];
   const faults = useFaults(camera);
-  const hash = useHash();
+  const hash = useHash(), trigger = useCommand();
   const [name, , Screen] = SCREENS.find(([one]) => one === hash) ?? SCREENS[0];
   const may = rightsOf(me.value?.role);
   useEffect(() => {
@@ -91,13 +101,17 @@ function App() {
     addEventListener("keydown", onKey);
     return () => removeEventListener("keydown", onKey);
   }, []);
-  const age = state.value?.age_s;
+  const age = state.value?.age_s, cameraSeen = useRef(false);
+  if (cameras.length) cameraSeen.current = true;
   const trouble = state.error ? state.error.message
-    : state.value && !cameras.length ? `No camera: ${state.value.error}`
+    : state.value && !cameras.length ? (cameraSeen.current ? "The camera has gone: obscurad does not answer any more." : "No camera: obscurad does not answer.")
     : age > STALE_S ? `The cameras have not answered for ${Math.round(age)} s.` : "";
-  return html`<${Bar} camera=${camera} cameras=${cameras} choose=${setChosen} role=${me.value?.role} may=${may} faults=${faults} trouble=${trouble} />
-    <nav aria-label="Screens">${SCREENS.map(([key, title], k) => html`<a key=${key} href=${`#${key}`} aria-current=${key === name ? "page" : undefined} title=${`key ${k + 1}`}>${title}</a>`)}</nav>
-    <main id="main">${camera && !state.error && html`<${Screen} key=${camera.id} camera=${camera} daemon=${camera.daemon} may=${may} faults=${faults} web=${state.value.web} bounds=${state.value.web.latency_bounds_us} />`}</main>`;
+  return html`<${Bar} camera=${camera} cameras=${cameras} choose=${setChosen} role=${me.value?.role} may=${may} faults=${faults} trouble=${trouble} trigger=${trigger} />
+    <nav aria-label="Screens">${SCREENS.map(([key, title], k) => html`<a key=${key} href=${`#${key}`} aria-current=${key === name ? "page" : undefined} title=${`key ${k + 1}`}>${title}</a>`)}
+      <span class=${`nav-said small${trigger.bad ? " trouble" : ""}`} role="status">${trigger.said}</span></nav>
+    <main id="main">${camera && !state.error && html`<${Screen} key=${camera.id} camera=${camera} daemon=${camera.daemon} may=${may} faults=${faults} web=${state.value.web} bounds=${state.value.web.latency_bounds_us} />`}
+      ${state.value && !state.error && !camera && html`<${NoCamera} why=${state.value.error} />`}
+      ${state.error?.status === 0 && html`<section class="panel"><p>The page goes on by itself once obscura-web answers again: <code>systemctl status obscura-web</code>, or start it as before. A link whose token was made for one run asks for the new link.</p></section>`}</main>`;
 }
 
 render(html`<${App} />`, document.getElementById("app"));

@@ -2,19 +2,14 @@
 // Screen Timing: stages of the latest frames, latency histograms, row lateness, worst frames, missed triggers.
 import {html, useRef} from "./vendor/preact-htm.js";
 import {askJson, cameraPath, save, useRepeated} from "./api.js";
-import {count, span, words} from "./format.js";
+import {count, duration, span, words} from "./format.js";
 import {Facts, Histogram, Note, SpanTable, TimePlot, figuresOf} from "./parts.js";
+import {countsSince, histogramSince, markOf, rowsSince, useMark} from "./timing_marks.js";
+import {WorstFrames, between} from "./timing_worst.js";
 
-const PERIOD_MS = 1000, MOST = 600, AT_ONCE = 256, WORST = 10;
+const PERIOD_MS = 1000, MOST = 600, AT_ONCE = 256;
 const STAGES = [["trigger seen", "seen_ns"], ["pose taken", "pose_ns"], ["rendered", "render_end_ns"], ["detected", "detector_end_ns"], ["first row", "first_ns"], ["last row", "last_ns"]];
 const COUNTED = {trigger_to_first_row: "Trigger to first row", trigger_to_last_row: "Trigger to last row", release_lateness: "Release lateness"};
-const FLAGS = [[1, "late rows"], [2, "picture of an earlier frame"], [4, "rows missing"], [8, "no pixels"], [16, "exposure or windows clamped"],
-               [32, "image lag not known"], [64, "below full quality"], [128, "biased"], [1024, "stalled by the system"]];
-
-/** Difference of instants in us; those that a double cannot hold come as texts. */
-const between = (later, earlier) => (typeof later === "string" || typeof earlier === "string" ? Number(BigInt(later) - BigInt(earlier)) : later - earlier) / 1e3;
-const reasons = (flags) => FLAGS.filter(([bit]) => flags & bit).map(([, name]) => name).join(", ") || "–";
-
 /** The newest frames of the latest acquisition: {columns, rows}. `last` counts the frames of all acquisitions, since ids begin anew. */
 function useTiming(camera) {
   const none = {id: camera.id, last: 0, columns: [], rows: []}, kept = useRef(none);
@@ -38,7 +33,29 @@ function csvOf({columns, rows}) {
   return new Blob([`${columns.join(",")}\n`, ...rows.map((row) => `${row.map((v) => v ?? "").join(",")}\n`)], {type: "text/csv"});
 }
 
-function Frames({timing, bounds, camera}) {
+/** Spans of each frame on a track each: name, columns of its begin and its end. */
+const TRACKS = [["seen", "edge_ns", "seen_ns"], ["waits for earlier frames", "seen_ns", "pose_ns"], ["waits for rendering", "pose_ns", "render_begin_ns"],
+                ["rendering", "render_begin_ns", "render_end_ns"], ["detector", "render_end_ns", "detector_end_ns"], ["rows due", "due_ns", "last_due_ns"], ["rows", "first_ns", "last_ns"]];
+
+/** The frames as trace events: complete events in us since the first edge. */
+export function traceOf({columns, rows}) {
+  const at = Object.fromEntries(columns.map((name, k) => [name, k]));
+  const tracks = [...TRACKS, ...columns.filter((name) => name.endsWith("_first_byte_ns")).map((name) => [name.slice(0, -14), name, name.replace("first", "last")])]
+    .filter(([, from, to]) => from in at && to in at);
+  const named = (name, tid, text) => ({name, ph: "M", pid: 1, tid, args: {name: text}});
+  const events = [named("process_name", 0, "camera"), ...tracks.map(([name], k) => named("thread_name", k + 1, name))];
+  const start = rows[0]?.[at.edge_ns];
+  for (const row of rows)
+    tracks.forEach(([name, from, to], k) => {
+      const begin = row[at[from]], end = row[at[to]];
+      if (!begin || !end) return;
+      events.push({name, ph: "X", pid: 1, tid: k + 1, ts: between(begin, start), dur: Math.max(0, between(end, begin)),
+                   args: {frame: String(row[at.frame_id]), trigger: String(row[at.trigger_id]), late_rows: row[at.late_rows]}});
+    });
+  return {displayTimeUnit: "ns", traceEvents: events};
+}
+
+function Frames({timing, bounds, camera, marked}) {
   const at = Object.fromEntries(timing.columns.map((name, k) => [name, k]));
   const since = (row, column) => {
     const ns = row[at[column]], edge = row[at.edge_ns];
@@ -49,41 +66,52 @@ function Frames({timing, bounds, camera}) {
   const stages = [...STAGES, ...outlets].filter(([, column]) => column in at).map(([name, column]) => ({name, us: timing.rows.map((row) => since(row, column))}))
     .filter((line) => line.us.some((us) => us !== null));
   const lateness = "worst_row_ns" in at ? timing.rows.map((row) => row[at.worst_row_ns] / 1e3) : [];
-  const worst = [...timing.rows].sort((a, b) => b[at.worst_row_ns] - a[at.worst_row_ns]).slice(0, WORST);
   return html`
-    <section class="panel" aria-labelledby="t-stages"><h2 id="t-stages">After the trigger edge, last ${count(timing.rows.length)} frames</h2>
+    <section class="panel" aria-labelledby="t-stages"><h2 id="t-stages">After the trigger edge, ${marked ? `${count(timing.rows.length)} frames since the mark` : `last ${count(timing.rows.length)} frames`}</h2>
       <${TimePlot} title="Time from the trigger edge to each stage" x=${x} lines=${stages} />
       <${SpanTable} lines=${stages} />
-      <div class="buttons"><button onClick=${() => save(csvOf(timing), `timing_${camera.id}.csv`)}>CSV of these frames</button></div></section>
+      <div class="buttons"><button onClick=${() => save(csvOf(timing), `timing_${camera.id}.csv`)}>CSV of these frames</button>
+        <button title="JSON for Perfetto or chrome://tracing" onClick=${() => save(new Blob([JSON.stringify(traceOf(timing))], {type: "application/json"}), `trace_${camera.id}.json`)}>trace events</button></div></section>
     <section class="panel" aria-labelledby="t-rows"><h2 id="t-rows">Latest row of each frame, after its time</h2>
       <${TimePlot} title="Lateness of the latest row" x=${x} lines=${[{name: "latest row", us: lateness}]} />
       <${SpanTable} lines=${[{name: "latest row", us: lateness}]} />
       <${Histogram} title="Latest row, these frames" figures=${figuresOf(lateness, bounds)} bounds=${bounds} /></section>
-    <section class="panel" aria-labelledby="t-worst"><h2 id="t-worst">Worst frames</h2>
-      <table class="grid"><thead><tr><th scope="col" class="number">frame</th><th scope="col" class="number">latest row</th><th scope="col" class="number">after its time</th>
-        <th scope="col" class="number">late rows</th><th scope="col" class="number">stalled rows</th><th scope="col" class="number">edge to last row</th><th scope="col">what was wrong</th></tr></thead>
-      <tbody>${worst.map((row) => html`<tr key=${row[0]}><th scope="row" class="number">${row[0]}</th><td class="number">${row[at.worst_row]}</td>
-        <td class="number">${span(row[at.worst_row_ns] / 1e3)}</td><td class="number">${count(row[at.late_rows])}</td><td class="number">${count(row[at.stalled_rows])}</td>
-        <td class="number">${span(since(row, "last_ns"))}</td><td>${reasons(row[at.flags])}</td></tr>`)}</tbody></table></section>`;
+    <${WorstFrames} timing=${timing} />`;
 }
 
-export function Timing({camera, bounds}) {
-  const {timing, error} = useTiming(camera);
-  const c = camera.state.camera, latency = camera.state.latency_us ?? {};
-  const {first_byte: outlets = {}, ...inner} = camera.state.stages_us ?? {};
-  const stages = [...Object.entries(inner), ...Object.entries(outlets).map(([kind, f]) => [`first byte, ${kind}`, f])];
-  const missed = Object.entries(c.missed_because ?? {});
+/** State of the trigger's clock, and of the machine's by PTP where the daemon watches that. */
+function Clocks({clock, ready, ptp}) {
+  const us = (ns) => ns === undefined || ns === null ? "not known" : span(ns / 1e3);
+  return html`<${Facts} label="Clock" rows=${[["state", clock.state], ["source", clock.source], ...(clock.offset_ns === undefined ? [] : [["last pulse, after the expected instant", us(clock.offset_ns)]]),
+    ["trigger ready", ready ? "yes" : "no"], ...(ptp ? [["PTP", ptp.locked ? "locked" : "not locked"], ["PTP offset", us(ptp.offset_ns)], ["PTP path delay", us(ptp.path_delay_ns)]] : [["PTP", "not watched"]])]} />`;
+}
+
+export function Timing({camera, daemon, bounds}) {
+  const {timing, error} = useTiming(camera), {mark, setMark} = useMark(camera);
+  const {state} = camera, c = countsSince(state.camera, mark?.camera), up_s = daemon.daemon.up_s;
+  const missed = Object.entries(countsSince(state.camera.missed_because, mark && (mark.camera.missed_because ?? {})));
+  const latencies = (told) => {
+    const {first_byte: outlets = {}, ...inner} = told?.stages_us ?? {};
+    return {...Object.fromEntries(Object.keys(COUNTED).map((name) => [name, told?.latency_us?.[name]])), ...inner,
+            ...Object.fromEntries(Object.entries(outlets).map(([kind, f]) => [`first byte, ${kind}`, f]))};
+  };
+  const before = latencies(mark), none = {count: 0, sum: 0, max: 0, up_to: bounds.map(() => 0)};
+  const shown = timing && {...timing, rows: rowsSince(timing, mark)};
+  const newest = timing?.rows.at(-1)?.[timing.columns.indexOf("acquisition")];
   return html`<div class="screen">
-    <section class="panel" aria-labelledby="t-start"><h2 id="t-start">Since the start</h2><div class="columns">
-      <div><h3>Triggers and frames</h3><${Facts} label="Triggers and frames" bad=${["missed triggers", "dropped", "abandoned", "late frames", "late rows", "stalled rows"]} rows=${[
-        ["triggers", c.triggers], ["frames complete", c.complete], ["missed triggers", c.missed_triggers], ["ignored, not acquiring", c.ignored], ["dropped", c.dropped],
-        ["abandoned", c.abandoned], ["late frames", c.late], ["late rows", c.late_rows], ["stalled rows", c.stalled_rows], ["degraded frames", c.quality?.degraded]]} /></div>
+    <section class="panel" aria-labelledby="t-start"><div class="headed"><h2 id="t-start">${mark ? `Since the mark at frame ${mark.frame}, ${duration(up_s - mark.up_s)} ago` : "Since the start"}</h2>
+      <div class="buttons"><button title="Counts from now on, on this page; the daemon counts on" onClick=${() => setMark(markOf(camera, newest, up_s))}>${mark ? "mark now instead" : "mark now"}</button>
+        ${mark && html`<button onClick=${() => setMark(null)}>remove the mark</button>`}</div></div><div class="columns">
+      <div><h3>Triggers and frames</h3><${Facts} label="Triggers and frames" bad=${["missed triggers", "dropped", "sent nowhere", "abandoned", "late frames", "late rows", "stalled rows"]} rows=${[
+        ["triggers", c.triggers], ["frames complete", c.complete], ["missed triggers", c.missed_triggers], ["ignored, not acquiring", c.ignored], ["dropped", c.dropped], ["sent nowhere", c.unsent ?? 0],
+        ["abandoned", c.abandoned], ["late frames", c.late], ["late rows", c.late_rows], ["stalled rows", c.stalled_rows],
+        ["degraded frames", countsSince(state.camera.quality, mark && (mark.camera.quality ?? {})).degraded]]} /></div>
       <div><h3>Missed triggers by reason</h3><${Facts} label="Missed triggers by reason" bad=${missed.map(([reason]) => words(reason))} rows=${missed.map(([reason, n]) => [words(reason), n])} />
-        <h3>Clock</h3><${Facts} label="Clock" rows=${[["state", camera.state.clock.state], ["source", camera.state.clock.source], ["trigger ready", camera.state.trigger_ready ? "yes" : "no"]]} /></div>
+        <h3>Clock</h3><${Clocks} clock=${state.clock} ready=${state.trigger_ready} ptp=${daemon.ptp} /></div>
     </div><div class="columns histograms">
-      ${Object.entries(COUNTED).filter(([name]) => latency[name]?.up_to).map(([name, title]) => html`<${Histogram} key=${name} title=${title} figures=${latency[name]} bounds=${bounds} />`)}
-      ${stages.filter(([, f]) => f?.up_to).map(([name, f]) => html`<${Histogram} key=${name} title=${name[0].toUpperCase() + words(name).slice(1)} figures=${f} bounds=${bounds} />`)}
+      ${Object.entries(latencies(state)).filter(([, f]) => f?.up_to).map(([name, f]) => html`<${Histogram} key=${name} title=${COUNTED[name] ?? name[0].toUpperCase() + words(name).slice(1)}
+        figures=${histogramSince(f, mark && (before[name] ?? none), bounds)} bounds=${bounds} />`)}
     </div></section>
-    ${timing ? html`<${Frames} timing=${timing} bounds=${bounds} camera=${camera} />` : html`<section class="panel"><h2>Latest frames</h2><${Note} error=${error}>Waiting for the daemon ...<//></section>`}
+    ${shown ? html`<${Frames} timing=${shown} bounds=${bounds} camera=${camera} marked=${!!mark} />` : html`<section class="panel"><h2>Latest frames</h2><${Note} error=${error}>Waiting for the daemon ...<//></section>`}
   </div>`;
 }

@@ -572,11 +572,18 @@ struct CameraFeatures {
     }
 
     struct Result {
-        /// Rows: name, value, type, unit, allowed, help; locked: cannot change now
+        /// Rows: name, value, type, unit, allowed, help; category, of SFNC; increment, if it is not any;
+        /// locked: cannot change now, and why
         Value features{};
+        /// What the chip makes of the settings in force: frame_period_us, shortest time between triggers;
+        /// max_rate_hz; readout_us, first to last row; row_us; windows: x, y, width, height,
+        /// exposure_requested_us, exposure_min_us and exposure_max_us obtained, reads. refusal: why it cannot
+        /// read them
+        Value readout{};
     };
     [[nodiscard]] static Result read(ValueView head) {
-        return {Value(head["features"])};
+        return {Value(head["features"]),
+                Value(head["readout"])};
     }
 };
 
@@ -817,6 +824,9 @@ struct Frame {
     std::optional<double> wait_s{};
     /// How the pixels are compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
     std::optional<std::string> codec{};
+    /// The frame with this `number`, if it is one of the latest four that anyone has looked at; 0: the newest
+    /// one (0 to 9e15; default 0)
+    std::optional<std::int64_t> number{};
 
     [[nodiscard]] Map fields() const {
         Map map;
@@ -824,6 +834,7 @@ struct Frame {
         detail::put(map, "after", after);
         detail::put(map, "wait_s", wait_s);
         detail::put(map, "codec", codec);
+        detail::put(map, "number", number);
         return map;
     }
 
@@ -854,6 +865,8 @@ struct Frame {
         std::vector<double> camera_position_m{};
         /// Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
         std::vector<double> camera_orientation{};
+        /// Of the configuration in use when the frame is asked for, as in the call configuration
+        std::string config_sha256{};
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {detail::optional<std::int64_t>(head["number"]),
@@ -868,26 +881,36 @@ struct Frame {
                 detail::optional<std::int64_t>(head["flags"]),
                 detail::optional<std::int64_t>(head["mid_exposure_tai_ns"]),
                 head["camera_position_m"].numbers(),
-                head["camera_orientation"].numbers()};
+                head["camera_orientation"].numbers(),
+                head["config_sha256"].string()};
     }
 };
 
-/// Time stamps of the newest frames, half a second after they have ended: the numbers of the file of
-/// `obscurad --timing`. A client that asks again with `last` gets each frame once.
+/// Time stamps of the newest frames, half a second after they have ended, when transports have finished them:
+/// the numbers of the file of `obscurad --timing`. A client that asks again with `last` gets each frame once.
 struct Timing {
     static constexpr const char* name = "timing";
     /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
     std::optional<std::int64_t> camera{};
     /// Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
     std::optional<std::int64_t> after{};
-    /// Largest number of rows, the newest ones (1 to 256; default 64)
+    /// Largest number of rows, the newest ones (1 to 1024; default 64)
     std::optional<std::int64_t> most{};
+    /// Also frames that ended less than half a second ago: instants of transports that are still sending are
+    /// nil (default false)
+    std::optional<bool> early{};
+    /// Another column, `saturated`: pixels at the largest digital number. They are counted from the first
+    /// request on while one comes every two seconds; with `early` a frame waits for its count, a quarter of a
+    /// second at most. nil: not counted (default false)
+    std::optional<bool> saturated{};
 
     [[nodiscard]] Map fields() const {
         Map map;
         detail::put(map, "camera", camera);
         detail::put(map, "after", after);
         detail::put(map, "most", most);
+        detail::put(map, "early", early);
+        detail::put(map, "saturated", saturated);
         return map;
     }
 
@@ -911,18 +934,72 @@ struct Timing {
     }
 };
 
-/// Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected
-/// by the lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+/// Lists the features of the camera's GigE Vision side with the values that a client reads; none where the
+/// camera has no such side.
+struct DeviceFeatures {
+    static constexpr const char* name = "device.features";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        return map;
+    }
+
+    struct Result {
+        /// name, with the item in brackets where a selector chooses one: TriggerMode[FrameStart]; category;
+        /// type; value, nil for commands; unit; min, max, increment; entries; visibility; writable; locked:
+        /// not while it acquires; help
+        Value features{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {Value(head["features"])};
+    }
+};
+
+/// Writes a feature of the camera's GigE Vision side, or runs one of its commands, as a client would. Answers
+/// "controlled" as camera.set does.
+struct DeviceSet {
+    static constexpr const char* name = "device.set";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+    /// Feature, as device.features names it
+    std::string name_{};
+    /// New value; true runs a command (number, text or boolean)
+    Value value{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        detail::put(map, "name", name_);
+        detail::put(map, "value", value);
+        return map;
+    }
+
+    struct Result {
+    };
+    [[nodiscard]] static Result read(ValueView) {
+        return {};
+    }
+};
+
+/// Tells where things are in a frame of the camera, of its own poses and its own scene, px of the image with
+/// pixel centres at integers: where their light lands, each row of a rolling shutter at its own time, as in
+/// the truth table (docs/truth.md).
 struct Truth {
     static constexpr const char* name = "truth";
     /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
     std::optional<std::int64_t> camera{};
+    /// Number of the frame, one of the latest that were looked at; 0: the newest (0 to 9e15; default 0)
+    std::optional<std::int64_t> frame{};
     /// Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
     std::optional<double> wait_s{};
 
     [[nodiscard]] Map fields() const {
         Map map;
         detail::put(map, "camera", camera);
+        detail::put(map, "frame", frame);
         detail::put(map, "wait_s", wait_s);
         return map;
     }
@@ -930,17 +1007,30 @@ struct Truth {
     struct Result {
         /// Number of the frame in its acquisition
         std::optional<std::int64_t> frame{};
-        /// Middle of the exposure, TAI, for which all of it holds (ns)
+        /// Middle of the exposure, TAI (ns)
         std::optional<std::int64_t> mid_exposure_tai_ns{};
-        /// Inertial (array of 3 numbers; m)
+        /// Inertial, at mid-exposure (array of 3 numbers; m)
         std::vector<double> camera_position_m{};
-        /// Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+        /// Quaternion w, x, y, z: from camera to inertial axes, at mid-exposure (array of 4 numbers)
         std::vector<double> camera_orientation{};
-        /// Inertial (array of 3 numbers; m)
+        /// Inertial, at mid-exposure (array of 3 numbers; m)
         std::vector<double> sun_position_m{};
-        /// name; x and y of the origin in the image, px, pixel centres at integers, null where the lens shows
-        /// none; radius_px of the bounding sphere, null within it; range_m; position_m, inertial. At most 16
+        /// name; x and y of the origin, null where the lens shows none; radius_px of the bounding sphere,
+        /// null within it; range_m; position_m, inertial; limb, points [x, y] where it is seen, at most 64 in
+        /// each window, null between parts, the first point again at the end of a closed one; limb_lit of
+        /// each, whether the Sun shines there; motion {start, end}, of the origin from the first to the last
+        /// row, if it is more than half a pixel. At most 64
         Value bodies{};
+        /// Bodies of the scene
+        std::optional<std::int64_t> bodies_of{};
+        /// x, y, name (null where none is known) and magnitude (V) of the brightest that are seen, at most
+        /// 100
+        Value stars{};
+        /// name; x, y, w and h in the image; sensor_x and sensor_y of its first pixel
+        Value windows{};
+        /// [x, y] of the hottest, at most 256: stuck at high digital numbers, or ten times the mean dark
+        /// current (array of arrays; px)
+        Value hot_pixels{};
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {detail::optional<std::int64_t>(head["frame"]),
@@ -948,7 +1038,98 @@ struct Truth {
                 head["camera_position_m"].numbers(),
                 head["camera_orientation"].numbers(),
                 head["sun_position_m"].numbers(),
-                Value(head["bodies"])};
+                Value(head["bodies"]),
+                detail::optional<std::int64_t>(head["bodies_of"]),
+                Value(head["stars"]),
+                Value(head["windows"]),
+                Value(head["hot_pixels"])};
+    }
+};
+
+/// Tells of one pixel of a frame its digital number, electrons, irradiance, and what its centre shows. The
+/// pixel is rendered again, at full quality, with the scene and the poses of that frame at the time of its
+/// row: on a thread of idle priority, which loads the scene at the first call and gives it back after 5
+/// minutes without one.
+struct Probe {
+    static constexpr const char* name = "probe";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+    /// Column of the image, from 0 on the left (0 to 65535 px)
+    std::int64_t x{};
+    /// Row of the image, from 0 on top (0 to 65535 px)
+    std::int64_t y{};
+    /// Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+    std::optional<std::int64_t> frame{};
+    /// Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+    std::optional<double> wait_s{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        detail::put(map, "x", x);
+        detail::put(map, "y", y);
+        detail::put(map, "frame", frame);
+        detail::put(map, "wait_s", wait_s);
+        return map;
+    }
+
+    struct Result {
+        /// Number of the frame in its acquisition
+        std::optional<std::int64_t> frame{};
+        /// Column of the image (px)
+        std::optional<std::int64_t> x{};
+        /// Row of the image (px)
+        std::optional<std::int64_t> y{};
+        /// Digital number (DN)
+        std::optional<std::int64_t> dn{};
+        /// estimated: from the digital number by the formula, nil for a test pattern; exact: expected value
+        /// before any noise, from the truth of the frame's pixels if the daemon keeps it, else rendered
+        /// again; nil where lines of a push-broom sensor exchange charge (e-)
+        Value electrons{};
+        /// How electrons are estimated: black level, gain of the detector, analog gain
+        std::string formula{};
+        /// Spectral bands of the camera: name, wavelength_nm (from, to), irradiance_w_m2 at the entrance
+        /// pupil
+        Value bands{};
+        /// Sum of the bands (W/m2)
+        std::optional<double> irradiance_w_m2{};
+        /// Body on the ray through the centre of the pixel, or "sun"; nil: none, and nil in what follows
+        std::string body{};
+        /// From the camera to its surface (m)
+        std::optional<double> range_m{};
+        /// Planetocentric latitude there, in the axes of the body (deg)
+        std::optional<double> latitude_deg{};
+        /// Longitude there, -180 to 180, from +x towards +y (deg)
+        std::optional<double> longitude_deg{};
+        /// Between the normal and the Sun; nil on the Sun itself (deg)
+        std::optional<double> incidence_deg{};
+        /// Between the normal and the camera (deg)
+        std::optional<double> emission_deg{};
+        /// Between Sun and camera, seen from there; nil on the Sun itself (deg)
+        std::optional<double> phase_deg{};
+        /// Middle of the exposure of the pixel's row, TAI, for which geometry and body hold (ns)
+        std::optional<std::int64_t> row_mid_exposure_tai_ns{};
+        /// Rays of the pixel; nil of a push-broom sensor
+        std::optional<double> samples{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {detail::optional<std::int64_t>(head["frame"]),
+                detail::optional<std::int64_t>(head["x"]),
+                detail::optional<std::int64_t>(head["y"]),
+                detail::optional<std::int64_t>(head["dn"]),
+                Value(head["electrons"]),
+                head["formula"].string(),
+                Value(head["bands"]),
+                detail::optional<double>(head["irradiance_w_m2"]),
+                head["body"].string(),
+                detail::optional<double>(head["range_m"]),
+                detail::optional<double>(head["latitude_deg"]),
+                detail::optional<double>(head["longitude_deg"]),
+                detail::optional<double>(head["incidence_deg"]),
+                detail::optional<double>(head["emission_deg"]),
+                detail::optional<double>(head["phase_deg"]),
+                detail::optional<std::int64_t>(head["row_mid_exposure_tai_ns"]),
+                detail::optional<double>(head["samples"])};
     }
 };
 
@@ -977,6 +1158,118 @@ struct Configuration {
     }
 };
 
+/// Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or
+/// none, and the answer says why. A scene is built while frames of the present one continue.
+struct Reload {
+    static constexpr const char* name = "reload";
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        return map;
+    }
+
+    struct Result {
+    };
+    [[nodiscard]] static Result read(ValueView) {
+        return {};
+    }
+};
+
+/// Changes how much the daemon logs.
+struct LogLevel {
+    static constexpr const char* name = "log_level";
+    /// Least severe lines that are written, until the next reload (error | warning | notice | info | debug)
+    std::string level{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "level", level);
+        return map;
+    }
+
+    struct Result {
+        /// Level from now on
+        std::string level{};
+        /// Level until now
+        std::string before{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {head["level"].string(),
+                head["before"].string()};
+    }
+};
+
+/// Takes control of a camera away from the GigE Vision client that has it: its acquisition ends, and the next
+/// client may take control.
+struct Release {
+    static constexpr const char* name = "release";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        return map;
+    }
+
+    struct Result {
+        /// Address of the client that had control; empty: none
+        std::string controller{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {head["controller"].string()};
+    }
+};
+
+/// Describes the scene that a camera shows: its bodies and lamps, and where their poses come from. Where they
+/// are tells `truth`.
+struct SceneDescribe {
+    static constexpr const char* name = "scene.describe";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        return map;
+    }
+
+    struct Result {
+        /// Name of the scene
+        std::string name_{};
+        /// Its file
+        std::string file{};
+        /// Clock that it follows: daemon.scene_time
+        std::string scene_time{};
+        /// Whether scene time 0 has a date
+        std::optional<bool> dated{};
+        /// shines; moves
+        Value sun{};
+        /// As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg,
+        /// across and down, without distortion
+        Value camera{};
+        /// name; parent, "" for the inertial frame; motion in the scene: fixed, trajectory or file, spinning,
+        /// aimed at a body; source of its pose now: scene or simulator; poses_received; newest_pose_s, scene
+        /// time of the newest one; shape, material
+        Value bodies{};
+        /// As bodies, without shape and material
+        Value lamps{};
+        /// listen, connections, poses, steps, refused; nil: nobody can send poses
+        Value simulator{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {head["name"].string(),
+                head["file"].string(),
+                head["scene_time"].string(),
+                detail::optional<bool>(head["dated"]),
+                Value(head["sun"]),
+                Value(head["camera"]),
+                Value(head["bodies"]),
+                Value(head["lamps"]),
+                Value(head["simulator"])};
+    }
+};
+
 /// Lists the injected faults of a camera that are in force, and what they have struck.
 struct FaultsList {
     static constexpr const char* name = "faults.list";
@@ -997,11 +1290,14 @@ struct FaultsList {
         /// Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck:
         /// packets, frames or commands
         Value rules{};
+        /// Number of the newest frame as `first` and `last` count them: since the client opened its stream
+        std::optional<std::int64_t> frame{};
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {Value(head["kinds"]),
                 Value(head["parameters"]),
-                Value(head["rules"])};
+                Value(head["rules"]),
+                detail::optional<std::int64_t>(head["frame"])};
     }
 };
 

@@ -25,9 +25,14 @@ calls.kinds = {
   ["pose"] = {camera = "integer", position_m = "list", orientation = "list", velocity_m_s = "list", rate_rad_s =
     "list"},
   ["step"] = {camera = "integer"},
-  ["frame"] = {camera = "integer", after = "integer"},
+  ["frame"] = {camera = "integer", after = "integer", number = "integer"},
   ["timing"] = {camera = "integer", after = "integer", most = "integer"},
-  ["truth"] = {camera = "integer"},
+  ["device.features"] = {camera = "integer"},
+  ["device.set"] = {camera = "integer"},
+  ["truth"] = {camera = "integer", frame = "integer"},
+  ["probe"] = {camera = "integer", x = "integer", y = "integer", frame = "integer"},
+  ["release"] = {camera = "integer"},
+  ["scene.describe"] = {camera = "integer"},
   ["faults.list"] = {camera = "integer"},
   ["faults.set"] = {camera = "integer", rules = "list"},
 }
@@ -280,7 +285,8 @@ end
 ---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
 
 ---@class obscura.CameraFeaturesAnswer
----@field features? table<string, any>[] Rows: name, value, type, unit, allowed, help; locked: cannot change now
+---@field features? table<string, any>[] Rows: name, value, type, unit, allowed, help; category, of SFNC; increment, if it is not any; locked: cannot change now, and why
+---@field readout? table<string, any> What the chip makes of the settings in force: frame_period_us, shortest time between triggers; max_rate_hz; readout_us, first to last row; row_us; windows: x, y, width, height, exposure_requested_us, exposure_min_us and exposure_max_us obtained, reads. refusal: why it cannot read them
 
 --- Lists the settings of a camera by their SFNC names, with values and what is allowed.
 ---@param fields? obscura.CameraFeatures
@@ -410,6 +416,7 @@ end
 ---@field after? integer Only a frame whose `number` is larger: that of the frame that the client has seen last; 0: any (0 to 9e15; default 0)
 ---@field wait_s? number Longest wait for such a frame (0 to 60 s; default 10.0)
 ---@field codec? string How the pixels are compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
+---@field number? integer The frame with this `number`, if it is one of the latest four that anyone has looked at; 0: the newest one (0 to 9e15; default 0)
 
 ---@class obscura.FrameAnswer
 ---@field number? integer Counts the frames that were looked at, for `after`
@@ -425,6 +432,7 @@ end
 ---@field mid_exposure_tai_ns? integer Middle of the exposure, TAI (ns)
 ---@field camera_position_m? number[] True position of the camera then, inertial (array of 3 numbers; m)
 ---@field camera_orientation? number[] Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+---@field config_sha256? string Of the configuration in use when the frame is asked for, as in the call configuration
 
 --- The newest frame of the camera that the client has not seen, as it left the detector. A client that asks again and
 --- again with the `number` of the last one sees the stream; frames that came meanwhile are skipped, and counted.
@@ -438,7 +446,9 @@ end
 ---@class obscura.Timing
 ---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
 ---@field after? integer Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
----@field most? integer Largest number of rows, the newest ones (1 to 256; default 64)
+---@field most? integer Largest number of rows, the newest ones (1 to 1024; default 64)
+---@field early? boolean Also frames that ended less than half a second ago: instants of transports that are still sending are nil (default false)
+---@field saturated? boolean Another column, `saturated`: pixels at the largest digital number. They are counted from the first request on while one comes every two seconds; with `early` a frame waits for its count, a quarter of a second at most. nil: not counted (default false)
 
 ---@class obscura.TimingAnswer
 ---@field columns? string[] Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of the machine's monotonic clock
@@ -446,32 +456,100 @@ end
 ---@field last? integer Number of the newest frame, counted since the daemon's start: frame ids begin anew at each acquisition
 ---@field tai_offset_ns? integer What makes TAI since 1970 of the instants, now (ns)
 
---- Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
---- --timing`. A client that asks again with `last` gets each frame once.
+--- Time stamps of the newest frames, half a second after they have ended, when transports have finished them: the
+--- numbers of the file of `obscurad --timing`. A client that asks again with `last` gets each frame once.
 ---@param fields? obscura.Timing
 ---@return obscura.TimingAnswer head
 function calls:timing(fields)
   return self:request("timing", fields)
 end
 
+---@class obscura.DeviceFeatures
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+
+---@class obscura.DeviceFeaturesAnswer
+---@field features? table<string, any>[] name, with the item in brackets where a selector chooses one: TriggerMode[FrameStart]; category; type; value, nil for commands; unit; min, max, increment; entries; visibility; writable; locked: not while it acquires; help
+
+--- Lists the features of the camera's GigE Vision side with the values that a client reads; none where the camera has
+--- no such side.
+---@param fields? obscura.DeviceFeatures
+---@return obscura.DeviceFeaturesAnswer head
+function calls:device_features(fields)
+  return self:request("device.features", fields)
+end
+
+---@class obscura.DeviceSet
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field name string Feature, as device.features names it
+---@field value any New value; true runs a command (number, text or boolean)
+
+--- Writes a feature of the camera's GigE Vision side, or runs one of its commands, as a client would. Answers
+--- "controlled" as camera.set does.
+---@param fields obscura.DeviceSet
+---@return table head
+function calls:device_set(fields)
+  return self:request("device.set", fields)
+end
+
 ---@class obscura.Truth
 ---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field frame? integer Number of the frame, one of the latest that were looked at; 0: the newest (0 to 9e15; default 0)
 ---@field wait_s? number Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
 
 ---@class obscura.TruthAnswer
 ---@field frame? integer Number of the frame in its acquisition
----@field mid_exposure_tai_ns? integer Middle of the exposure, TAI, for which all of it holds (ns)
----@field camera_position_m? number[] Inertial (array of 3 numbers; m)
----@field camera_orientation? number[] Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
----@field sun_position_m? number[] Inertial (array of 3 numbers; m)
----@field bodies? table<string, any>[] name; x and y of the origin in the image, px, pixel centres at integers, null where the lens shows none; radius_px of the bounding sphere, null within it; range_m; position_m, inertial. At most 16
+---@field mid_exposure_tai_ns? integer Middle of the exposure, TAI (ns)
+---@field camera_position_m? number[] Inertial, at mid-exposure (array of 3 numbers; m)
+---@field camera_orientation? number[] Quaternion w, x, y, z: from camera to inertial axes, at mid-exposure (array of 4 numbers)
+---@field sun_position_m? number[] Inertial, at mid-exposure (array of 3 numbers; m)
+---@field bodies? table<string, any>[] name; x and y of the origin, null where the lens shows none; radius_px of the bounding sphere, null within it; range_m; position_m, inertial; limb, points [x, y] where it is seen, at most 64 in each window, null between parts, the first point again at the end of a closed one; limb_lit of each, whether the Sun shines there; motion {start, end}, of the origin from the first to the last row, if it is more than half a pixel. At most 64
+---@field bodies_of? integer Bodies of the scene
+---@field stars? table<string, any>[] x, y, name (null where none is known) and magnitude (V) of the brightest that are seen, at most 100
+---@field windows? table<string, any>[] name; x, y, w and h in the image; sensor_x and sensor_y of its first pixel
+---@field hot_pixels? any[] [x, y] of the hottest, at most 256: stuck at high digital numbers, or ten times the mean dark current (array of arrays; px)
 
---- Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected by the
---- lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+--- Tells where things are in a frame of the camera, of its own poses and its own scene, px of the image with pixel
+--- centres at integers: where their light lands, each row of a rolling shutter at its own time, as in the truth table
+--- (docs/truth.md).
 ---@param fields? obscura.Truth
 ---@return obscura.TruthAnswer head
 function calls:truth(fields)
   return self:request("truth", fields)
+end
+
+---@class obscura.Probe
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field x integer Column of the image, from 0 on the left (0 to 65535 px)
+---@field y integer Row of the image, from 0 on top (0 to 65535 px)
+---@field frame? integer Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+---@field wait_s? number Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+
+---@class obscura.ProbeAnswer
+---@field frame? integer Number of the frame in its acquisition
+---@field x? integer Column of the image (px)
+---@field y? integer Row of the image (px)
+---@field dn? integer Digital number (DN)
+---@field electrons? table<string, any> estimated: from the digital number by the formula, nil for a test pattern; exact: expected value before any noise, from the truth of the frame's pixels if the daemon keeps it, else rendered again; nil where lines of a push-broom sensor exchange charge (e-)
+---@field formula? string How electrons are estimated: black level, gain of the detector, analog gain
+---@field bands? table<string, any>[] Spectral bands of the camera: name, wavelength_nm (from, to), irradiance_w_m2 at the entrance pupil
+---@field irradiance_w_m2? number Sum of the bands (W/m2)
+---@field body? string Body on the ray through the centre of the pixel, or "sun"; nil: none, and nil in what follows
+---@field range_m? number From the camera to its surface (m)
+---@field latitude_deg? number Planetocentric latitude there, in the axes of the body (deg)
+---@field longitude_deg? number Longitude there, -180 to 180, from +x towards +y (deg)
+---@field incidence_deg? number Between the normal and the Sun; nil on the Sun itself (deg)
+---@field emission_deg? number Between the normal and the camera (deg)
+---@field phase_deg? number Between Sun and camera, seen from there; nil on the Sun itself (deg)
+---@field row_mid_exposure_tai_ns? integer Middle of the exposure of the pixel's row, TAI, for which geometry and body hold (ns)
+---@field samples? number Rays of the pixel; nil of a push-broom sensor
+
+--- Tells of one pixel of a frame its digital number, electrons, irradiance, and what its centre shows. The pixel is
+--- rendered again, at full quality, with the scene and the poses of that frame at the time of its row: on a thread of
+--- idle priority, which loads the scene at the first call and gives it back after 5 minutes without one.
+---@param fields obscura.Probe
+---@return obscura.ProbeAnswer head
+function calls:probe(fields)
+  return self:request("probe", fields)
 end
 
 ---@class obscura.ConfigurationAnswer
@@ -485,6 +563,63 @@ function calls:configuration()
   return self:request("configuration", {})
 end
 
+--- Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or none,
+--- and the answer says why. A scene is built while frames of the present one continue.
+---@return table head
+function calls:reload()
+  return self:request("reload", {})
+end
+
+---@class obscura.LogLevel
+---@field level string Least severe lines that are written, until the next reload (error | warning | notice | info | debug)
+
+---@class obscura.LogLevelAnswer
+---@field level? string Level from now on
+---@field before? string Level until now
+
+--- Changes how much the daemon logs.
+---@param fields obscura.LogLevel
+---@return obscura.LogLevelAnswer head
+function calls:log_level(fields)
+  return self:request("log_level", fields)
+end
+
+---@class obscura.Release
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+
+---@class obscura.ReleaseAnswer
+---@field controller? string Address of the client that had control; empty: none
+
+--- Takes control of a camera away from the GigE Vision client that has it: its acquisition ends, and the next client
+--- may take control.
+---@param fields? obscura.Release
+---@return obscura.ReleaseAnswer head
+function calls:release(fields)
+  return self:request("release", fields)
+end
+
+---@class obscura.SceneDescribe
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+
+---@class obscura.SceneDescribeAnswer
+---@field name? string Name of the scene
+---@field file? string Its file
+---@field scene_time? string Clock that it follows: daemon.scene_time
+---@field dated? boolean Whether scene time 0 has a date
+---@field sun? table<string, any> shines; moves
+---@field camera? table<string, any> As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg, across and down, without distortion
+---@field bodies? table<string, any>[] name; parent, "" for the inertial frame; motion in the scene: fixed, trajectory or file, spinning, aimed at a body; source of its pose now: scene or simulator; poses_received; newest_pose_s, scene time of the newest one; shape, material
+---@field lamps? table<string, any>[] As bodies, without shape and material
+---@field simulator? table<string, any> listen, connections, poses, steps, refused; nil: nobody can send poses
+
+--- Describes the scene that a camera shows: its bodies and lamps, and where their poses come from. Where they are
+--- tells `truth`.
+---@param fields? obscura.SceneDescribe
+---@return obscura.SceneDescribeAnswer head
+function calls:scene_describe(fields)
+  return self:request("scene.describe", fields)
+end
+
 ---@class obscura.FaultsList
 ---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
 
@@ -492,6 +627,7 @@ end
 ---@field kinds? table<string, any>[] Kinds of faults: name, help
 ---@field parameters? table<string, any>[] Keys of a rule: name, type, unit, allowed, default, help, required
 ---@field rules? table<string, any>[] Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck: packets, frames or commands
+---@field frame? integer Number of the newest frame as `first` and `last` count them: since the client opened its stream
 
 --- Lists the injected faults of a camera that are in force, and what they have struck.
 ---@param fields? obscura.FaultsList

@@ -17,13 +17,18 @@ from .calls import (
     ConfigurationAnswer,
     CreditAnswer,
     DescribeAnswer,
+    DeviceFeaturesAnswer,
     EventsAnswer,
     FaultsListAnswer,
     FaultsSetAnswer,
     FrameAnswer,
     HelloAnswer,
+    LogLevelAnswer,
     MemoryOpenAnswer,
+    ProbeAnswer,
+    ReleaseAnswer,
     RenderAnswer,
+    SceneDescribeAnswer,
     SceneExportAnswer,
     SceneGetAnswer,
     SceneListAnswer,
@@ -429,6 +434,7 @@ class AsyncCalls:
         after: Optional[int] = None,
         wait_s: Optional[float] = None,
         codec: Optional[str] = None,
+        number: Optional[int] = None,
     ) -> Tuple[FrameAnswer, Arrays]:
         """The newest frame of the camera that the client has not seen, as it left the detector. A client that asks
         again and again with the `number` of the last one sees the stream; frames that came meanwhile are skipped, and
@@ -439,9 +445,11 @@ class AsyncCalls:
             9e15; default 0)
         wait_s: Longest wait for such a frame (0 to 60 s; default 10.0)
         codec: How the pixels are compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
+        number: The frame with this `number`, if it is one of the latest four that anyone has looked at; 0: the newest
+            one (0 to 9e15; default 0)
         Array "pixels": Digital numbers, first row on top (array uint16 [height, width]; DN)
         """
-        head, arrays = await self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec)
+        head, arrays = await self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec, number=number)
         return cast(FrameAnswer, head), arrays
 
     async def timing(
@@ -450,36 +458,144 @@ class AsyncCalls:
         camera: Optional[int] = None,
         after: Optional[int] = None,
         most: Optional[int] = None,
+        early: Optional[bool] = None,
+        saturated: Optional[bool] = None,
     ) -> TimingAnswer:
-        """Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
-        --timing`. A client that asks again with `last` gets each frame once.
+        """Time stamps of the newest frames, half a second after they have ended, when transports have finished them:
+        the numbers of the file of `obscurad --timing`. A client that asks again with `last` gets each frame once.
 
         camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
         after: Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
-        most: Largest number of rows, the newest ones (1 to 256; default 64)
+        most: Largest number of rows, the newest ones (1 to 1024; default 64)
+        early: Also frames that ended less than half a second ago: instants of transports that are still sending are
+            nil (default false)
+        saturated: Another column, `saturated`: pixels at the largest digital number. They are counted from the first
+            request on while one comes every two seconds; with `early` a frame waits for its count, a quarter of a
+            second at most. nil: not counted (default false)
         """
-        head, _ = await self._ask("timing", camera=camera, after=after, most=most)
+        head, _ = await self._ask("timing", camera=camera, after=after, most=most, early=early, saturated=saturated)
         return cast(TimingAnswer, head)
+
+    async def device_features(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> DeviceFeaturesAnswer:
+        """Lists the features of the camera's GigE Vision side with the values that a client reads; none where the
+        camera has no such side.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = await self._ask("device.features", camera=camera)
+        return cast(DeviceFeaturesAnswer, head)
+
+    async def device_set(
+        self,
+        *,
+        camera: Optional[int] = None,
+        name: str,
+        value: Any,
+    ) -> Dict[str, Any]:
+        """Writes a feature of the camera's GigE Vision side, or runs one of its commands, as a client would. Answers
+        "controlled" as camera.set does.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        name: Feature, as device.features names it
+        value: New value; true runs a command (number, text or boolean)
+        """
+        head, _ = await self._ask("device.set", camera=camera, name=name, value=value)
+        return head
 
     async def truth(
         self,
         *,
         camera: Optional[int] = None,
+        frame: Optional[int] = None,
         wait_s: Optional[float] = None,
     ) -> TruthAnswer:
-        """Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected by
-        the lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+        """Tells where things are in a frame of the camera, of its own poses and its own scene, px of the image with
+        pixel centres at integers: where their light lands, each row of a rolling shutter at its own time, as in the
+        truth table (docs/truth.md).
 
         camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        frame: Number of the frame, one of the latest that were looked at; 0: the newest (0 to 9e15; default 0)
         wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
         """
-        head, _ = await self._ask("truth", camera=camera, wait_s=wait_s)
+        head, _ = await self._ask("truth", camera=camera, frame=frame, wait_s=wait_s)
         return cast(TruthAnswer, head)
+
+    async def probe(
+        self,
+        *,
+        camera: Optional[int] = None,
+        x: int,
+        y: int,
+        frame: Optional[int] = None,
+        wait_s: Optional[float] = None,
+    ) -> ProbeAnswer:
+        """Tells of one pixel of a frame its digital number, electrons, irradiance, and what its centre shows. The
+        pixel is rendered again, at full quality, with the scene and the poses of that frame at the time of its row:
+        on a thread of idle priority, which loads the scene at the first call and gives it back after 5 minutes
+        without one.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        x: Column of the image, from 0 on the left (0 to 65535 px)
+        y: Row of the image, from 0 on top (0 to 65535 px)
+        frame: Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+        wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+        """
+        head, _ = await self._ask("probe", camera=camera, x=x, y=y, frame=frame, wait_s=wait_s)
+        return cast(ProbeAnswer, head)
 
     async def configuration(self) -> ConfigurationAnswer:
         """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""
         head, _ = await self._ask("configuration")
         return cast(ConfigurationAnswer, head)
+
+    async def reload(self) -> Dict[str, Any]:
+        """Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or
+        none, and the answer says why. A scene is built while frames of the present one continue.
+        """
+        head, _ = await self._ask("reload")
+        return head
+
+    async def log_level(
+        self,
+        *,
+        level: str,
+    ) -> LogLevelAnswer:
+        """Changes how much the daemon logs.
+
+        level: Least severe lines that are written, until the next reload (error | warning | notice | info | debug)
+        """
+        head, _ = await self._ask("log_level", level=level)
+        return cast(LogLevelAnswer, head)
+
+    async def release(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> ReleaseAnswer:
+        """Takes control of a camera away from the GigE Vision client that has it: its acquisition ends, and the next
+        client may take control.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = await self._ask("release", camera=camera)
+        return cast(ReleaseAnswer, head)
+
+    async def scene_describe(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> SceneDescribeAnswer:
+        """Describes the scene that a camera shows: its bodies and lamps, and where their poses come from. Where they
+        are tells `truth`.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = await self._ask("scene.describe", camera=camera)
+        return cast(SceneDescribeAnswer, head)
 
     async def faults_list(
         self,

@@ -155,8 +155,13 @@ class EventsAnswer(TypedDict, total=False):
 class CameraFeaturesAnswer(TypedDict, total=False):
     """Answer of camera.features."""
 
-    # Rows: name, value, type, unit, allowed, help; locked: cannot change now
+    # Rows: name, value, type, unit, allowed, help; category, of SFNC; increment, if it is not any; locked: cannot
+    # change now, and why
     features: List[Dict[str, Any]]
+    # What the chip makes of the settings in force: frame_period_us, shortest time between triggers; max_rate_hz;
+    # readout_us, first to last row; row_us; windows: x, y, width, height, exposure_requested_us, exposure_min_us and
+    # exposure_max_us obtained, reads. refusal: why it cannot read them
+    readout: Dict[str, Any]
 
 
 class CameraGetAnswer(TypedDict, total=False):
@@ -254,6 +259,8 @@ class FrameAnswer(TypedDict, total=False):
     camera_position_m: List[float]
     # Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
     camera_orientation: List[float]
+    # Of the configuration in use when the frame is asked for, as in the call configuration
+    config_sha256: str
 
 
 class TimingAnswer(TypedDict, total=False):
@@ -270,22 +277,82 @@ class TimingAnswer(TypedDict, total=False):
     tai_offset_ns: int
 
 
+class DeviceFeaturesAnswer(TypedDict, total=False):
+    """Answer of device.features."""
+
+    # name, with the item in brackets where a selector chooses one: TriggerMode[FrameStart]; category; type; value,
+    # nil for commands; unit; min, max, increment; entries; visibility; writable; locked: not while it acquires; help
+    features: List[Dict[str, Any]]
+
+
 class TruthAnswer(TypedDict, total=False):
     """Answer of truth."""
 
     # Number of the frame in its acquisition
     frame: int
-    # Middle of the exposure, TAI, for which all of it holds (ns)
+    # Middle of the exposure, TAI (ns)
     mid_exposure_tai_ns: int
-    # Inertial (array of 3 numbers; m)
+    # Inertial, at mid-exposure (array of 3 numbers; m)
     camera_position_m: List[float]
-    # Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+    # Quaternion w, x, y, z: from camera to inertial axes, at mid-exposure (array of 4 numbers)
     camera_orientation: List[float]
-    # Inertial (array of 3 numbers; m)
+    # Inertial, at mid-exposure (array of 3 numbers; m)
     sun_position_m: List[float]
-    # name; x and y of the origin in the image, px, pixel centres at integers, null where the lens shows none;
-    # radius_px of the bounding sphere, null within it; range_m; position_m, inertial. At most 16
+    # name; x and y of the origin, null where the lens shows none; radius_px of the bounding sphere, null within it;
+    # range_m; position_m, inertial; limb, points [x, y] where it is seen, at most 64 in each window, null between
+    # parts, the first point again at the end of a closed one; limb_lit of each, whether the Sun shines there; motion
+    # {start, end}, of the origin from the first to the last row, if it is more than half a pixel. At most 64
     bodies: List[Dict[str, Any]]
+    # Bodies of the scene
+    bodies_of: int
+    # x, y, name (null where none is known) and magnitude (V) of the brightest that are seen, at most 100
+    stars: List[Dict[str, Any]]
+    # name; x, y, w and h in the image; sensor_x and sensor_y of its first pixel
+    windows: List[Dict[str, Any]]
+    # [x, y] of the hottest, at most 256: stuck at high digital numbers, or ten times the mean dark current (array of
+    # arrays; px)
+    hot_pixels: List[Any]
+
+
+class ProbeAnswer(TypedDict, total=False):
+    """Answer of probe."""
+
+    # Number of the frame in its acquisition
+    frame: int
+    # Column of the image (px)
+    x: int
+    # Row of the image (px)
+    y: int
+    # Digital number (DN)
+    dn: int
+    # estimated: from the digital number by the formula, nil for a test pattern; exact: expected value before any
+    # noise, from the truth of the frame's pixels if the daemon keeps it, else rendered again; nil where lines of a
+    # push-broom sensor exchange charge (e-)
+    electrons: Dict[str, Any]
+    # How electrons are estimated: black level, gain of the detector, analog gain
+    formula: str
+    # Spectral bands of the camera: name, wavelength_nm (from, to), irradiance_w_m2 at the entrance pupil
+    bands: List[Dict[str, Any]]
+    # Sum of the bands (W/m2)
+    irradiance_w_m2: float
+    # Body on the ray through the centre of the pixel, or "sun"; nil: none, and nil in what follows
+    body: str
+    # From the camera to its surface (m)
+    range_m: float
+    # Planetocentric latitude there, in the axes of the body (deg)
+    latitude_deg: float
+    # Longitude there, -180 to 180, from +x towards +y (deg)
+    longitude_deg: float
+    # Between the normal and the Sun; nil on the Sun itself (deg)
+    incidence_deg: float
+    # Between the normal and the camera (deg)
+    emission_deg: float
+    # Between Sun and camera, seen from there; nil on the Sun itself (deg)
+    phase_deg: float
+    # Middle of the exposure of the pixel's row, TAI, for which geometry and body hold (ns)
+    row_mid_exposure_tai_ns: int
+    # Rays of the pixel; nil of a push-broom sensor
+    samples: float
 
 
 class ConfigurationAnswer(TypedDict, total=False):
@@ -300,6 +367,48 @@ class ConfigurationAnswer(TypedDict, total=False):
     sha256: str
 
 
+class LogLevelAnswer(TypedDict, total=False):
+    """Answer of log_level."""
+
+    # Level from now on
+    level: str
+    # Level until now
+    before: str
+
+
+class ReleaseAnswer(TypedDict, total=False):
+    """Answer of release."""
+
+    # Address of the client that had control; empty: none
+    controller: str
+
+
+class SceneDescribeAnswer(TypedDict, total=False):
+    """Answer of scene.describe."""
+
+    # Name of the scene
+    name: str
+    # Its file
+    file: str
+    # Clock that it follows: daemon.scene_time
+    scene_time: str
+    # Whether scene time 0 has a date
+    dated: bool
+    # shines; moves
+    sun: Dict[str, Any]
+    # As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg, across and down,
+    # without distortion
+    camera: Dict[str, Any]
+    # name; parent, "" for the inertial frame; motion in the scene: fixed, trajectory or file, spinning, aimed at a
+    # body; source of its pose now: scene or simulator; poses_received; newest_pose_s, scene time of the newest one;
+    # shape, material
+    bodies: List[Dict[str, Any]]
+    # As bodies, without shape and material
+    lamps: List[Dict[str, Any]]
+    # listen, connections, poses, steps, refused; nil: nobody can send poses
+    simulator: Dict[str, Any]
+
+
 class FaultsListAnswer(TypedDict, total=False):
     """Answer of faults.list."""
 
@@ -310,6 +419,8 @@ class FaultsListAnswer(TypedDict, total=False):
     # Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck: packets, frames or
     # commands
     rules: List[Dict[str, Any]]
+    # Number of the newest frame as `first` and `last` count them: since the client opened its stream
+    frame: int
 
 
 class FaultsSetAnswer(TypedDict, total=False):
@@ -726,6 +837,7 @@ class Calls:
         after: Optional[int] = None,
         wait_s: Optional[float] = None,
         codec: Optional[str] = None,
+        number: Optional[int] = None,
     ) -> Tuple[FrameAnswer, Arrays]:
         """The newest frame of the camera that the client has not seen, as it left the detector. A client that asks
         again and again with the `number` of the last one sees the stream; frames that came meanwhile are skipped, and
@@ -736,9 +848,11 @@ class Calls:
             9e15; default 0)
         wait_s: Longest wait for such a frame (0 to 60 s; default 10.0)
         codec: How the pixels are compressed (none | shuffle-lz4 | shuffle-zstd; default "none")
+        number: The frame with this `number`, if it is one of the latest four that anyone has looked at; 0: the newest
+            one (0 to 9e15; default 0)
         Array "pixels": Digital numbers, first row on top (array uint16 [height, width]; DN)
         """
-        head, arrays = self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec)
+        head, arrays = self._ask("frame", camera=camera, after=after, wait_s=wait_s, codec=codec, number=number)
         return cast(FrameAnswer, head), arrays
 
     def timing(
@@ -747,36 +861,144 @@ class Calls:
         camera: Optional[int] = None,
         after: Optional[int] = None,
         most: Optional[int] = None,
+        early: Optional[bool] = None,
+        saturated: Optional[bool] = None,
     ) -> TimingAnswer:
-        """Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
-        --timing`. A client that asks again with `last` gets each frame once.
+        """Time stamps of the newest frames, half a second after they have ended, when transports have finished them:
+        the numbers of the file of `obscurad --timing`. A client that asks again with `last` gets each frame once.
 
         camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
         after: Only frames after that of the number, `last` of the answer before; 0: any (0 to 9e15; default 0)
-        most: Largest number of rows, the newest ones (1 to 256; default 64)
+        most: Largest number of rows, the newest ones (1 to 1024; default 64)
+        early: Also frames that ended less than half a second ago: instants of transports that are still sending are
+            nil (default false)
+        saturated: Another column, `saturated`: pixels at the largest digital number. They are counted from the first
+            request on while one comes every two seconds; with `early` a frame waits for its count, a quarter of a
+            second at most. nil: not counted (default false)
         """
-        head, _ = self._ask("timing", camera=camera, after=after, most=most)
+        head, _ = self._ask("timing", camera=camera, after=after, most=most, early=early, saturated=saturated)
         return cast(TimingAnswer, head)
+
+    def device_features(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> DeviceFeaturesAnswer:
+        """Lists the features of the camera's GigE Vision side with the values that a client reads; none where the
+        camera has no such side.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = self._ask("device.features", camera=camera)
+        return cast(DeviceFeaturesAnswer, head)
+
+    def device_set(
+        self,
+        *,
+        camera: Optional[int] = None,
+        name: str,
+        value: Any,
+    ) -> Dict[str, Any]:
+        """Writes a feature of the camera's GigE Vision side, or runs one of its commands, as a client would. Answers
+        "controlled" as camera.set does.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        name: Feature, as device.features names it
+        value: New value; true runs a command (number, text or boolean)
+        """
+        head, _ = self._ask("device.set", camera=camera, name=name, value=value)
+        return head
 
     def truth(
         self,
         *,
         camera: Optional[int] = None,
+        frame: Optional[int] = None,
         wait_s: Optional[float] = None,
     ) -> TruthAnswer:
-        """Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected by
-        the lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+        """Tells where things are in a frame of the camera, of its own poses and its own scene, px of the image with
+        pixel centres at integers: where their light lands, each row of a rolling shutter at its own time, as in the
+        truth table (docs/truth.md).
 
         camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        frame: Number of the frame, one of the latest that were looked at; 0: the newest (0 to 9e15; default 0)
         wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
         """
-        head, _ = self._ask("truth", camera=camera, wait_s=wait_s)
+        head, _ = self._ask("truth", camera=camera, frame=frame, wait_s=wait_s)
         return cast(TruthAnswer, head)
+
+    def probe(
+        self,
+        *,
+        camera: Optional[int] = None,
+        x: int,
+        y: int,
+        frame: Optional[int] = None,
+        wait_s: Optional[float] = None,
+    ) -> ProbeAnswer:
+        """Tells of one pixel of a frame its digital number, electrons, irradiance, and what its centre shows. The
+        pixel is rendered again, at full quality, with the scene and the poses of that frame at the time of its row:
+        on a thread of idle priority, which loads the scene at the first call and gives it back after 5 minutes
+        without one.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        x: Column of the image, from 0 on the left (0 to 65535 px)
+        y: Row of the image, from 0 on top (0 to 65535 px)
+        frame: Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+        wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+        """
+        head, _ = self._ask("probe", camera=camera, x=x, y=y, frame=frame, wait_s=wait_s)
+        return cast(ProbeAnswer, head)
 
     def configuration(self) -> ConfigurationAnswer:
         """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""
         head, _ = self._ask("configuration")
         return cast(ConfigurationAnswer, head)
+
+    def reload(self) -> Dict[str, Any]:
+        """Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or
+        none, and the answer says why. A scene is built while frames of the present one continue.
+        """
+        head, _ = self._ask("reload")
+        return head
+
+    def log_level(
+        self,
+        *,
+        level: str,
+    ) -> LogLevelAnswer:
+        """Changes how much the daemon logs.
+
+        level: Least severe lines that are written, until the next reload (error | warning | notice | info | debug)
+        """
+        head, _ = self._ask("log_level", level=level)
+        return cast(LogLevelAnswer, head)
+
+    def release(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> ReleaseAnswer:
+        """Takes control of a camera away from the GigE Vision client that has it: its acquisition ends, and the next
+        client may take control.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = self._ask("release", camera=camera)
+        return cast(ReleaseAnswer, head)
+
+    def scene_describe(
+        self,
+        *,
+        camera: Optional[int] = None,
+    ) -> SceneDescribeAnswer:
+        """Describes the scene that a camera shows: its bodies and lamps, and where their poses come from. Where they
+        are tells `truth`.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        """
+        head, _ = self._ask("scene.describe", camera=camera)
+        return cast(SceneDescribeAnswer, head)
 
     def faults_list(
         self,

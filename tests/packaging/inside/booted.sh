@@ -54,7 +54,7 @@ wait_for 120 systemctl is-active obscurad
 [ "$(property ActiveState)" = active ] && ok "the service is active after boot, with the shipped configuration" ||
     { bad "the service is $(property ActiveState)"; systemctl status obscurad --no-pager; }
 # answered_by USER: whether the monitor socket of the service answers that user.
-answered_by() { runuser -u "$1" -- obscura status --json 2>/dev/null | grep -q "\"pid\":$(property MainPID),"; }
+answered_by() { runuser -u "$1" -- obscura status --json 2>/dev/null | grep "\"pid\":$(property MainPID)," >/dev/null; }
 wait_for 60 answered_by obscura && ok "obscura status answers the service's user" || bad "obscura status answers nothing"
 answered_by nobody && bad "obscura status answers an account outside of the group" ||
     ok "obscura status answers no account outside of the group"
@@ -145,6 +145,18 @@ for name in $(for t in /proc/"$(property MainPID)"/task/*; do cat "$t/comm"; don
     systemctl reset-failed obscurad
     python3 /out/hang_thread.py "$pid" "$name" 300 >/out/hang.log 2>&1 &
     wait_for 60 grep -q 'stands still' /out/hang.log
+    if [ "$name" = watch ]; then # it copies frames for viewers, whom the camera does not wait for
+        touch /run/hung
+        sleep $((2 * watchdog))
+        if [ "$(property MainPID)" = "$pid" ] && find "$frames" -name 'frame_*' -newer /run/hung | grep . >/dev/null; then
+            ok "thread 'watch' hung: the camera goes on"
+        else
+            bad "thread 'watch' hung: no frame came ($(cat /out/hang.log)), $(property SubState)"
+        fi
+        kill %% 2>/dev/null
+        wait
+        continue
+    fi
     begin=$(now_ms)
     gone() { [ ! -e "/proc/$pid/exe" ] || [ "$(property MainPID)" != "$pid" ]; }
     serves() { [ "$(property MainPID)" != "$pid" ] && [ "$(property ActiveState)" = active ]; }
@@ -159,7 +171,7 @@ for name in $(for t in /proc/"$(property MainPID)"/task/*; do cat "$t/comm"; don
     fi
     wait
 done
-journalctl -u obscurad --no-pager -o cat OBSCURA_PART=watchdog | grep -q 'no heartbeat from' && ok "the journal names who hung" || bad "no word of who hung"
+journalctl -u obscurad --no-pager -o cat OBSCURA_PART=watchdog | grep 'no heartbeat from' >/dev/null && ok "the journal names who hung" || bad "no word of who hung"
 echo "figure - $hung kinds of threads hung, ended after $worst ms at worst"
 
 # SIGKILL

@@ -19,7 +19,7 @@ try python /usr/bin/python3 -c 'import obscura_client; obscura_client.start("dem
 try lua lua5.4 -e 'require("obscura").start("demo"):render({ width = 64, height = 64 }):save("lua.png")'
 # Their files only: Java's runtime and Octave are ten times as large as all of this.
 has() {
-    if dpkg-deb -c /packages/"$1"_*.deb | grep -q "$2"; then echo "ok - $1"; else
+    if dpkg-deb -c /packages/"$1"_*.deb | grep "$2" >/dev/null; then echo "ok - $1"; else
         failed=1
         echo "NOT OK - $1 lacks $2"
     fi

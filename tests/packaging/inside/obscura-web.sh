@@ -14,6 +14,7 @@ check "manual page" bash -c '[ -z "$(man --warnings -E UTF-8 -l -Tutf8 -Z /usr/s
 check "systemd-analyze verify" bash -c 'o=$(systemd-analyze --man=no --recursive-errors=no verify obscura-web.service 2>&1); s=$?; echo "$o"; [ $s = 0 ] && [ -z "$o" ]'
 check "systemd-analyze security" systemd-analyze --offline=true --threshold=15 --no-pager security /lib/systemd/system/obscura-web.service
 check "it makes tokens" bash -c 'obscura-web --tokens /etc/obscura/web-tokens --new-token viewer | grep -q "#token="'
+check "the group that may use force exists, and the service belongs to it" bash -c 'getent group obscura-admin && grep -q "^SupplementaryGroups=.*\bobscura-admin\b" /lib/systemd/system/obscura-web.service && grep -q "^admin_group = \"obscura-admin\"" /etc/obscura/obscurad.toml'
 setpriv --reuid=65534 --regid=65534 --groups="$(getent group obscura | cut -d: -f3)" obscura-web --listen 127.0.0.1:0 >/tmp/link &
 web=$!
 for _ in $(seq 100); do [ -s /tmp/link ] && break || sleep 0.1; done

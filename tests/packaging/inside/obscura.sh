@@ -73,7 +73,7 @@ check "obscura examples" obscura examples two-windows --copy /tmp/two-windows
 check "a copied example" obscura check /tmp/two-windows/camera.toml
 check "obscura new" bash -c 'obscura new camera /tmp/camera.toml && obscura check /tmp/camera.toml'
 as_service mkdir -p /tmp/frames 2>/dev/null || install -d -o obscura -g obscura /tmp/frames
-if obscura --help | grep -q '^ *capture '; then
+if obscura --help | grep '^ *capture ' >/dev/null; then
     check "obscura capture" as_service obscura capture /etc/obscura/obscurad.toml --frames 2 --output /tmp/frames
 else
     bad "obscura has no verb capture"
@@ -88,7 +88,7 @@ check "the daemon is ready" test -e /tmp/frames/ready
 daemon=$(grep -lx obscurad /proc/[0-9]*/comm 2>/dev/null | head -1 | cut -d/ -f3)
 grep -E '^(CapEff|CapBnd|NoNewPrivs)' "/proc/${daemon:-self}/status" | tr '\n' ' ' | sed 's/^/    /'
 echo
-if obscura --help | grep -q '^ *grab '; then
+if obscura --help | grep '^ *grab ' >/dev/null; then
     check "five frames over GigE Vision" as_service obscura grab --address 127.0.0.1 --frames 5 --output /tmp/frames --format png
     [ "$(find /tmp/frames -name '*.png' -size +10k | wc -l)" -ge 5 ] && ok "pictures" || bad "pictures: $(ls -l /tmp/frames)"
 else

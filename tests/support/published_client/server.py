@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 
+from children import Child
+
 from .client import PublishedClient
 
 PATIENCE_S = 120  # a busy machine, a sanitizer
@@ -45,7 +47,7 @@ class Server:
         self.root, self.output = pathlib.Path(folder) / "root", pathlib.Path(folder) / "output"
         for path in (self.root, self.output):
             path.mkdir(exist_ok=True)
-        self.process = subprocess.Popen(
+        self.process = Child(
             [obscura, "serve", "--listen", "none", "--compatible", "127.0.0.1:0", "--root", self.root,
              "--output", self.output, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.port = int(self.process.stdout.readline().rsplit(":", 1)[1])

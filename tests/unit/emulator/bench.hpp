@@ -61,15 +61,16 @@ struct MakerBench {
     FramePool pool;
 };
 
-/// A whole camera with one loopback transport.
+/// A whole camera with one loopback transport. `camera_clock`: of camera and maker; null: the machine's,
+/// which that of the released rows is in any case.
 struct CameraBench : MakerBench {
     explicit CameraBench(const SensorDescription& description = small_sensor(), std::size_t keep = 5,
                          std::function<void(CameraSettings&)> adjust = {},
                          sync::OverTrigger policy = sync::OverTrigger::count,
                          emulator::LatePolicy late = emulator::LatePolicy::late, bool falling_edges = false,
                          emulator::SceneClockSettings scene_clock = {},
-                         RendersOn renders = RendersOn::calling_thread)
-        : MakerBench(description, 8, renders),
+                         RendersOn renders = RendersOn::calling_thread, const Clock* camera_clock = nullptr)
+        : MakerBench(description, 8, renders, camera_clock),
           loopback({4, keep,
                     [this](const FrameRef&) {
                         ++ended;
@@ -78,7 +79,7 @@ struct CameraBench : MakerBench {
           releaser({.max_rows = static_cast<std::size_t>(description.readout.height), .policy = late},
                    std::make_unique<MonotonicClock>(), &timing),
           camera(config(description, adjust, policy, falling_edges, std::move(scene_clock)), maker, releaser,
-                 pool, clock, log) {
+                 pool, camera_clock != nullptr ? *camera_clock : clock, log) {
         camera.add_transport(loopback);
         timing.set_transports({"loopback"});
         loopback.start();

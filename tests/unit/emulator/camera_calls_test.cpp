@@ -118,6 +118,25 @@ TEST_CASE("a write changes all that it names, or nothing, and tells what has cha
     CHECK(bench.refusal("camera.get", {{"names", {"Gian"}}}).field == "names");
 }
 
+TEST_CASE("settings have a category, and the image an increment") {
+    CallsBench bench;
+    CameraLimits limits;
+    limits.width_step = 4;
+    CHECK(increment_of("OffsetX", limits) == 4);
+    CHECK(increment_of("Gain", limits) == 0);
+    const json told = bench.ask("camera.features");
+    for (const json& row : told["features"]) {
+        INFO(row.dump());
+        CHECK(row["category"].get<std::string>().ends_with("Control"));
+        CHECK(row.contains("why") == row["locked"].get<bool>());
+    }
+    const ReadoutAnswer answer = bench.camera.readout(bench.camera.settings());
+    const double period_us = static_cast<double>(answer.frame_period_ns) / 1e3;
+    CHECK(told["readout"]["frame_period_us"] == period_us);
+    CHECK(told["readout"]["max_rate_hz"] == 1e6 / period_us);
+    CHECK(told["readout"]["windows"].size() == answer.window_count);
+}
+
 TEST_CASE("the image keeps its size during acquisition") {
     CallsBench bench;
     REQUIRE(bench.ask("camera.start")["started"] == true);

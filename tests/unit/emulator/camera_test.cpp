@@ -174,6 +174,44 @@ TEST_CASE("settings outside the limits change nothing; good ones hold from the n
     CHECK(info.pixel_format == PixelFormat::mono8);
 }
 
+TEST_CASE("new settings hold from the next frame on, however many read them") {
+    CameraBench bench(small_sensor(), 0);
+    std::int64_t exposure_ns = 0;
+    std::atomic<std::uint64_t> last_id{0};
+    transports::LoopbackTransport last({4, 0, [&](const FrameRef& frame) {
+                                            exposure_ns = frame->info.exposure_ns;
+                                            last_id = frame->info.frame_id;
+                                        }});
+    bench.camera.add_transport(last);
+    last.start();
+    std::atomic<bool> stop{false};
+    std::vector<std::thread> readers;
+    for (int i = 0; i < 3; ++i)
+        readers.emplace_back([&] {
+            while (!stop)
+                (void)bench.camera.settings();
+        });
+    REQUIRE(bench.camera.acquisition_start());
+    int old = 0;
+    for (std::uint64_t id = 1; id <= 200; ++id) {
+        CameraSettings settings = bench.camera.settings();
+        settings.exposure_ns = 50'000 + static_cast<std::int64_t>(id) * 100;
+        bench.wait_ready();
+        REQUIRE(bench.camera.apply(settings));
+        bench.camera.on_trigger(edge_now(bench, id));
+        bench.wait_ended(static_cast<std::uint32_t>(id));
+        while (last_id != id)
+            std::this_thread::yield();
+        old += exposure_ns != settings.exposure_ns;
+    }
+    stop = true;
+    for (std::thread& reader : readers)
+        reader.join();
+    bench.camera.acquisition_stop(true);
+    last.stop();
+    CHECK(old == 0);
+}
+
 TEST_CASE("single and multi frame acquisitions end by themselves, and numbers restart at 1") {
     CameraBench bench(small_sensor(), 8);
     CameraSettings s = bench.camera.settings();

@@ -2,6 +2,8 @@
 // Monitor: the table of verbs, its socket, counters of the last minute, threads of the process.
 #include "core/log.hpp"
 #include "core/log_history.hpp"
+#include "emulator/monitor/beat_times.hpp"
+#include "emulator/monitor/isolation_advice.hpp"
 #include "emulator/monitor/monitor_paths.hpp"
 #include "emulator/monitor/monitor_socket.hpp"
 #include "emulator/monitor/monitor_verbs.hpp"
@@ -16,16 +18,21 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 using namespace obscura;
@@ -53,7 +60,7 @@ std::string error_of(std::string_view request) {
 
 std::string ask(const FileDescriptor& client, MonitorSocket& server, const std::string& request) {
     if (::send(client.get(), request.data(), request.size(), MSG_NOSIGNAL) < 0) return "not sent";
-    server.serve();
+    server.serve({});
     std::string answer(monitor_answer_bytes, '\0');
     const ssize_t bytes = ::recv(client.get(), answer.data(), answer.size(), MSG_DONTWAIT);
     answer.resize(bytes > 0 ? static_cast<std::size_t>(bytes) : 0);
@@ -85,7 +92,7 @@ TEST_CASE("a request that is not understood is answered with what is allowed", "
                 .starts_with(std::string(b) == "1e400" ? "a request" : "sum: b: a whole number from 1 to 5"));
     CHECK(error_of(std::string(monitor_request_bytes + 1, ' ')) == "a request has at most 4096 bytes");
     CHECK(error_of(std::string(monitor_request_bytes, '[')).starts_with("a request is"));
-    CHECK(error_of(R"({"verb":"large"})") == "large: the answer has more than 65536 bytes");
+    CHECK(error_of(R"({"verb":"large"})") == "large: the answer has more than 196608 bytes");
     CHECK(error_of(R"({"verb":"thrower"})") == "why");
     CHECK(error_of("{\"verb\":\"sum\",\"\\u0000\\ud83d\":1}").starts_with("a request is"));
 }
@@ -113,18 +120,18 @@ TEST_CASE("the monitor socket answers several clients and outlives rude ones", "
         CHECK(ask(second, server, "abcd") == "4 bytes");
         CHECK(server.clients() == 2);
     }
-    server.serve();
+    server.serve({});
     CHECK(server.clients() == 1);
 
     // Connections beyond the limit wait until there is room.
     std::vector<FileDescriptor> many;
     for (std::size_t i = 0; i < MonitorSocket::most_clients; ++i)
         many.push_back(connect_to_monitor(path));
-    server.serve();
+    server.serve({});
     CHECK(server.clients() == MonitorSocket::most_clients);
     many.erase(many.begin());
-    server.serve();
-    server.serve();
+    server.serve({});
+    server.serve({});
     CHECK(server.clients() == MonitorSocket::most_clients);
     CHECK(ask(many.back(), server, "abcde") == "5 bytes");
 }
@@ -139,7 +146,7 @@ TEST_CASE("descriptors come with an answer to those who take them", "[emulator]"
     const FileDescriptor client = connect_to_monitor(server.path());
     const auto receive = [&](std::vector<FileDescriptor>* descriptors) {
         REQUIRE(::send(client.get(), "{}", 2, MSG_NOSIGNAL) == 2);
-        server.serve();
+        server.serve({});
         std::vector<char> text(monitor_answer_bytes);
         const ssize_t bytes = receive_answer(client.get(), text, descriptors);
         return std::string(text.data(), static_cast<std::size_t>(std::max<ssize_t>(0, bytes)));
@@ -159,6 +166,54 @@ TEST_CASE("descriptors come with an answer to those who take them", "[emulator]"
     CHECK((::fcntl(taken[0].get(), F_GETFD) & FD_CLOEXEC) != 0);
 }
 
+TEST_CASE("a client that is stopped while it waits for its answer gets it", "[emulator]") {
+    const test::TempFolder folder;
+    MonitorSocket server(folder.path() / "one.socket", echo);
+    server.start();
+    const FileDescriptor client = connect_to_monitor(server.path());
+    REQUIRE(client);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        std::array<char, 64> text{};
+        const bool whole = send_request(client.get(), "abc") &&
+                           receive_answer(client.get(), text, nullptr) == 7 &&
+                           std::string_view(text.data(), 7) == "3 bytes";
+        ::_exit(whole ? 0 : 1);
+    }
+    REQUIRE(child > 0);
+    // The one sleep of the child is that in receive_answer().
+    const auto state = [child] {
+        std::ifstream file(fmt::format("/proc/{}/stat", child));
+        const std::string text(std::istreambuf_iterator<char>(file), {});
+        const std::size_t at = text.rfind(") ");
+        return at == std::string::npos ? 'X' : text[at + 2];
+    };
+    while (state() == 'R' || state() == 'D')
+        ::usleep(1000);
+    CHECK(state() == 'S');
+    REQUIRE(::kill(child, SIGSTOP) == 0);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, WUNTRACED) == child);
+    REQUIRE(WIFSTOPPED(status));
+    REQUIRE(::kill(child, SIGCONT) == 0);
+    while (state() == 'R' || state() == 'T')
+        ::usleep(1000);
+    server.serve({});
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+}
+
+TEST_CASE("the largest answer is one packet", "[emulator]") {
+    const test::TempFolder folder;
+    MonitorSocket server(folder.path() / "one.socket",
+                         [](std::string_view) { return std::string(monitor_answer_bytes, 'x'); });
+    server.start();
+    const FileDescriptor client = connect_to_monitor(server.path());
+    for (int i = 0; i < 3; ++i)
+        REQUIRE(ask(client, server, "{}") == std::string(monitor_answer_bytes, 'x'));
+}
+
 TEST_CASE("a client of the monitor that does not read is disconnected", "[emulator]") {
     const test::TempFolder folder;
     MonitorSocket server(folder.path() / "one.socket",
@@ -167,9 +222,44 @@ TEST_CASE("a client of the monitor that does not read is disconnected", "[emulat
     const FileDescriptor client = connect_to_monitor(server.path());
     for (int i = 0; i < 1000 && (i == 0 || server.clients() == 1); ++i) {
         [[maybe_unused]] const ssize_t sent = ::send(client.get(), "{}", 2, MSG_NOSIGNAL | MSG_DONTWAIT);
-        server.serve();
+        server.serve({});
     }
     CHECK(server.clients() == 0);
+}
+
+TEST_CASE("clients of the monitor that ask nothing make room for others", "[emulator]") {
+    const test::TempFolder folder;
+    MonitorSocket server(folder.path() / "one.socket", echo);
+    server.start();
+    // Each a second later than the one before; the first one asks again at last.
+    std::vector<FileDescriptor> clients;
+    Time now;
+    for (std::size_t i = 0; i < MonitorSocket::most_clients; ++i, now += ns_per_s) {
+        clients.push_back(connect_to_monitor(server.path()));
+        REQUIRE(clients.back());
+        server.serve(now);
+    }
+    const auto asked = [&](std::size_t client) {
+        const std::string request = "abc";
+        if (::send(clients[client].get(), request.data(), request.size(), MSG_NOSIGNAL) < 0) return false;
+        server.serve(now);
+        char answer[16];
+        return ::recv(clients[client].get(), answer, sizeof answer, MSG_DONTWAIT) > 0;
+    };
+    CHECK(asked(0));
+    server.serve(now + 3600 * ns_per_s); // nobody waits: all of them may stay
+    CHECK(server.clients() == MonitorSocket::most_clients);
+    clients.push_back(connect_to_monitor(server.path()));
+    CHECK(asked(8));
+    CHECK_FALSE(asked(1)); // the one that has been idle for the longest time
+    for (const std::size_t client : {0, 2, 3, 4, 5, 6, 7, 8})
+        CHECK(asked(client));
+    // Those who have just asked are not idle: further ones wait until one goes.
+    clients.push_back(connect_to_monitor(server.path()));
+    CHECK_FALSE(asked(9));
+    CHECK(server.clients() == MonitorSocket::most_clients);
+    clients[5] = {};
+    CHECK(asked(9));
 }
 
 TEST_CASE("a left over monitor socket is replaced, a served one and other files are not", "[emulator]") {
@@ -273,28 +363,58 @@ TEST_CASE("the last minute is counted from snapshots a second apart", "[emulator
 TEST_CASE("the verdict names the first thing that is wrong", "[emulator]") {
     FrameOutcomes o;
     o.seconds = 60;
-    CHECK(judge(o, false, "").text == "idle: no client is in control");
-    CHECK(judge(o, false, "10.0.0.1:7").text == "idle: 10.0.0.1:7 has not started it");
-    CHECK(judge(o, false, "").health == Health::idle);
-    CHECK(judge(o, true, "").text == "no trigger, last 60 s");
-    CHECK(judge(o, true, "").health == Health::bad);
+    const AwaitedTrigger line{.name = "Line0 (gpio)", .acquires_s = 300};
+    CHECK(judge(o, false, "", line, false).text ==
+          "idle: the acquisition is stopped, no client is in control");
+    CHECK(judge(o, false, "10.0.0.1:7", line, false).text == "idle: 10.0.0.1:7 has not started it");
+    CHECK(judge(o, false, "", line, false).health == Health::idle);
+    CHECK(judge(o, true, "", line, false).text == "no trigger of Line0 (gpio), last 60 s");
+    CHECK(judge(o, true, "", line, false).health == Health::bad);
     o.triggers = o.frames = o.complete = 600;
-    CHECK(judge(o, true, "").text == "on time: 0 late rows in 600 frames, last 60 s");
-    CHECK(judge(o, true, "").health == Health::good);
+    CHECK(judge(o, true, "", line, false).text == "on time: 0 late rows in 600 frames, last 60 s");
+    CHECK(judge(o, true, "", line, false).health == Health::good);
     o.degraded = 4;
-    CHECK(judge(o, true, "").text == "on time: 0 late rows in 600 frames, 4 degraded, last 60 s");
+    CHECK(judge(o, true, "", line, false).text ==
+          "on time: 0 late rows in 600 frames, 4 degraded, last 60 s");
     o.late = 2;
     o.late_rows = 30;
-    CHECK(judge(o, true, "").text == "30 late rows in 2 of 600 frames, last 60 s");
+    CHECK(judge(o, true, "", line, false).text == "30 late rows in 2 of 600 frames, last 60 s");
     o.abandoned = 3;
-    CHECK(judge(o, true, "").text == "3 of 600 frames abandoned, last 60 s");
+    CHECK(judge(o, true, "", line, false).text == "3 of 600 frames abandoned, last 60 s");
+    o.unsent = 4;
+    CHECK(judge(o, true, "", line, false).text ==
+          "4 of 600 frames were sent nowhere: no transport had a receiver, or room, last 60 s");
+    CHECK(judge(o, true, "", line, false).health == Health::bad);
+    CHECK(judge(o, true, "10.0.0.1:7", line, true).text == judge(o, true, "", line, false).text);
+    CHECK(judge(o, true, "", line, true).text == "3 of 600 frames abandoned, last 60 s");
+    const FrameOutcomes waiting{
+        .seconds = 60, .triggers = 600, .frames = 600, .complete = 600, .unsent = 600};
+    CHECK(judge(waiting, true, "", line, true).text ==
+          "on time: 0 late rows in 600 frames, 600 sent nowhere as no client is in control, last 60 s");
+    CHECK(judge(waiting, true, "", line, true).health == Health::good);
     o.dropped = 5;
-    CHECK(judge(o, true, "").text ==
+    CHECK(judge(o, true, "", line, false).text ==
           "5 of 600 triggers without a frame: no memory or transport was free, last 60 s");
     o.missed_triggers = 1;
     o.missed_because[static_cast<std::size_t>(sync::MissedReason::rendering)] = 1;
-    CHECK(judge(o, true, "").text == "1 of 600 triggers missed (rendering: 1), last 60 s");
-    CHECK(judge(o, true, "").health == Health::bad);
+    CHECK(judge(o, true, "", line, false).text == "1 of 600 triggers missed (rendering: 1), last 60 s");
+    CHECK(judge(o, true, "", line, false).health == Health::bad);
+}
+
+TEST_CASE("a camera that waits for what only comes on request is idle", "[emulator]") {
+    FrameOutcomes o;
+    o.seconds = 60;
+    AwaitedTrigger awaited{.name = "Software", .on_request = true, .acquires_s = 300};
+    CHECK(judge(o, true, "", awaited, false).text == "idle: waits for Software, none in the last 60 s");
+    CHECK(judge(o, true, "", awaited, false).health == Health::idle);
+    awaited = {.name = "Line0 (timer)", .acquires_s = 4};
+    CHECK(judge(o, true, "", awaited, false).text ==
+          "idle: no trigger yet of Line0 (timer), 4 s after the start of the acquisition");
+    awaited.acquires_s = 11;
+    CHECK(judge(o, true, "", awaited, false).health == Health::bad);
+    o.triggers = o.missed_triggers = 1;
+    awaited.on_request = true;
+    CHECK(judge(o, true, "", awaited, false).health == Health::bad);
 }
 
 TEST_CASE("threads are read as the kernel schedules them", "[emulator]") {
@@ -304,6 +424,8 @@ TEST_CASE("threads are read as the kernel schedules them", "[emulator]") {
     std::ofstream(folder.path() / "7" / "stat") << "7 (trig) ger) S 1 2 3 4 5 6 7 8 9 10 150 50 13 14 -81 "
                                                    "-10 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 "
                                                    "33 34 35 36 80 1 39\n";
+    std::ofstream(folder.path() / "7" / "status")
+        << "Name:\ttrig) ger\nCpus_allowed:\t27\nCpus_allowed_list:\t0-2,5\n";
     std::filesystem::create_directory(folder.path() / "8"); // ended meanwhile
     const auto threads = own_threads(folder.path());
     REQUIRE(threads.size() == 1);
@@ -312,13 +434,49 @@ TEST_CASE("threads are read as the kernel schedules them", "[emulator]") {
     CHECK(threads[0].priority == 80);
     CHECK(threads[0].nice == -10);
     CHECK(threads[0].cpu_s == 200.0 / static_cast<double>(::sysconf(_SC_CLK_TCK)));
+    CHECK(threads[0].processor == 36);
+    CHECK(threads[0].cores == "0-2,5");
     CHECK_FALSE(own_threads().empty());
+}
+
+TEST_CASE("a machine is told what would bring its rows out in time") {
+    MachineFacts facts;
+    facts.highest_priority = 80;
+    facts.memory_locked = facts.realtime_kernel = true;
+    facts.release_cores = facts.isolated = *parse_cores("3");
+    facts.governor = "performance";
+    CHECK(isolation_advice(facts).empty());
+    facts.isolated = *parse_cores("2");
+    REQUIRE(isolation_advice(facts).size() == 1);
+    CHECK_THAT(isolation_advice(facts)[0],
+               Catch::Matchers::ContainsSubstring("isolcpus=domain,managed_irq,3 "));
+    CHECK(isolation_advice({}).size() == 3); // no priority, no core, no real-time kernel
+
+    const test::TempFolder root;
+    const auto file = [&root](const char* path, const char* text) {
+        std::filesystem::create_directories((root.path() / path).parent_path());
+        std::ofstream(root.path() / path) << text;
+    };
+    file("proc/self/status", "Name:\tobscurad\nVmLck:\t    4096 kB\n");
+    file("proc/cpuinfo", "processor\t: 0\nflags\t\t: fpu hypervisor lahf_lm\n");
+    file("sys/kernel/realtime", "1\n");
+    file("sys/devices/system/cpu/isolated", "3,5-6\n");
+    file("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "powersave\n");
+    const MachineFacts read = machine_facts({}, 80, root.path());
+    CHECK(read.memory_locked);
+    CHECK(read.virtual_machine);
+    CHECK(read.realtime_kernel);
+    CHECK(cores_text(read.isolated) == "3,5-6");
+    CHECK(read.governor == "powersave");
+    std::filesystem::remove_all(root.path() / "proc");
+    CHECK_FALSE(machine_facts({}, 80, root.path()).memory_locked);
 }
 
 TEST_CASE("the log's lines are kept with numbers that go on", "[core]") {
     const auto all = log_history().after(0, LogHistory::lines);
     const std::uint64_t before = all.empty() ? 0 : all.back().id;
     log_warning("one");
+    CHECK(log_history().after(before, 1)[0].message == message_id("one"));
     log_notice("two");
     const auto lines = log_history().after(before, 10);
     REQUIRE(lines.size() == 2);
@@ -347,4 +505,22 @@ TEST_CASE("the oldest lines of the log make room, and long ones are cut", "[core
     CHECK(history->after(UINT64_MAX, 10).empty());
     history->add(LogLevel::error, std::string(3000, 'x'), 0);
     CHECK(history->after(count, 10).at(0).text == std::string(LogHistory::text_bytes, 'x'));
+}
+
+TEST_CASE("the age of a heartbeat is the time since the look that saw it", "[emulator]") {
+    Heartbeat first("first"), second("second");
+    BeatTimes beats;
+    CHECK(beats.ages(Time{}).empty());
+    first.beat();
+    second.beat();
+    beats.note(Time{10 * ns_per_s}, {&first, &second});
+    first.beat();
+    beats.note(Time{11 * ns_per_s}, {&first, &second});
+    second.rest();
+    const std::vector<BeatTimes::Age> ages = beats.ages(Time{13 * ns_per_s});
+    REQUIRE(ages.size() == 2);
+    CHECK((ages[0].name == "first" && ages[0].age_s == 2 && !ages[0].silent));
+    CHECK((ages[1].name == "second" && ages[1].age_s == 3 && ages[1].silent));
+    beats.note(Time{14 * ns_per_s}, {&second}); // the source of triggers was replaced
+    CHECK(beats.ages(Time{14 * ns_per_s}).size() == 1);
 }

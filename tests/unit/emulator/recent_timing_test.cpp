@@ -32,7 +32,7 @@ struct Run {
         for (std::string line; std::getline(text, line);)
             lines.push_back(line);
     }
-    void push(std::uint64_t n) {
+    void push(std::uint64_t n, Time ended = {}) {
         const auto at = [n](std::int64_t us) {
             return Time{static_cast<std::int64_t>(n) * ns_per_s + us * ns_per_us};
         };
@@ -40,6 +40,7 @@ struct Run {
         FrameTiming t;
         t.frame_id = n % 10; // acquisitions of ten frames
         t.trigger_id = n;
+        t.ended = ended;
         t.edge = at(0);
         t.seen = at(span);
         t.rows = 48;
@@ -147,4 +148,39 @@ TEST_CASE("stages are counted with those frames that reached them") {
     CHECK(stages.detector.sum_ns() == 2 * rendered_us * ns_per_us);
     CHECK(stages.first_byte[0].count() == 0);
     CHECK(stages.first_byte[1].sum_ns() == 3000 * all_us * ns_per_us);
+}
+
+TEST_CASE("frames that transports may still send are there early, and only once") {
+    Run run(nullptr, 0);
+    RecentTiming recent(run.log, 4);
+    const auto take = [&](std::size_t frames) {
+        run.log.drain([&](const FrameTiming& frame) { recent.note(frame); },
+                      Time{static_cast<std::int64_t>(frames)});
+    };
+    using Ids = std::vector<std::uint64_t>;
+    const auto ids = [&](std::uint64_t after, std::size_t most, bool early) {
+        Ids found;
+        for (const RecentTiming::Frame& frame : recent.rows(after, most, early).frames)
+            found.push_back(frame.id);
+        return found;
+    };
+    for (std::uint64_t n = 1; n <= 3; ++n)
+        run.push(n, Time{static_cast<std::int64_t>(n)});
+    CHECK(ids(0, 9, false).empty());
+    CHECK(ids(0, 9, true) == Ids{1, 2, 3});
+    CHECK(recent.rows(0, 9, true).last == 3);
+    take(3); // the two that ended before
+    CHECK(ids(0, 9, false) == Ids{1, 2});
+    CHECK(ids(0, 9, true) == Ids{1, 2, 3});
+    CHECK(ids(1, 9, true) == Ids{2, 3});
+    CHECK(ids(0, 2, true) == Ids{2, 3});
+    CHECK(ids(3, 9, true).empty());
+    for (std::uint64_t n = 4; n <= 7; ++n)
+        run.push(n, Time{static_cast<std::int64_t>(n)});
+    take(7);
+    CHECK(ids(0, 9, false) == Ids{3, 4, 5, 6}); // the ring is full
+    CHECK(ids(0, 9, true) == Ids{3, 4, 5, 6, 7});
+    CHECK(recent.rows(0, 9, true).rows.back() == recent.rows(6, 1, true).rows.front());
+    take(99);
+    CHECK(ids(0, 9, true) == Ids{4, 5, 6, 7});
 }

@@ -17,17 +17,18 @@ public:
     std::optional<instrument::LinkError> refusal;
     instrument::TriggerResult result{"complete", 7, 0, 1'000'000'000, 0.25};
     int looks_until_result = 0; ///< trigger_result() without one
+    std::string health = "good";
 
     [[nodiscard]] instrument::DaemonState state() override {
         instrument::CameraState camera;
         camera.acquiring = camera.trigger_ready = true;
-        camera.health = "good";
+        camera.health = health;
         camera.verdict = "on time: 0 late rows in 600 frames, last 60 s";
         camera.clock = "free";
         camera.frame_id = 12;
         camera.counters = {{"frames", 12}, {"late", 1}};
         camera.latencies = {{"release_lateness", 12, 0.25, 3.5, 41}};
-        return {"1.2", 1, {camera, camera}};
+        return {"1.2", "1-1", {camera, camera}};
     }
     [[nodiscard]] std::vector<instrument::Feature> features(std::uint32_t camera) override {
         if (camera > 1) throw instrument::LinkError("bad-argument", "camera", "there is no such camera");

@@ -137,6 +137,24 @@ TEST_CASE("each frame is reported once, and those without a report are counted",
     CHECK(reports.take(0, frames(1, 3), 0).size() == 3);
 }
 
+TEST_CASE("a frame report has the saturated pixels, or says that they were not counted", "[instrument]") {
+    const auto last_word = [](const FrameReport& report) {
+        const Bytes packet = TelemetryWriter(first_apid).write(report, 0);
+        return number_at(packet, packet.size() - 4, 4);
+    };
+    TimingAnswer answer{{"frame_id", "saturated"}, {{1, std::nullopt}, {2, 0}, {3, 77}}, 3, {}};
+    FrameReports reports;
+    reports.begin_anew();
+    const auto three = reports.take(0, answer, 0);
+    REQUIRE(three.size() == 3);
+    CHECK(last_word(three[0]) == 0xFFFFFFFF);
+    CHECK(last_word(three[1]) == 0);
+    CHECK(last_word(three[2]) == 77);
+    answer.columns.pop_back(); // of a daemon that does not count
+    reports.begin_anew();
+    CHECK(last_word(reports.take(0, answer, 0)[2]) == 0xFFFFFFFF);
+}
+
 TEST_CASE("telemetry counts packets of each kind", "[instrument]") {
     TelemetryWriter writer(first_apid);
     for (unsigned i = 0; i < sequence_modulus + 2; ++i) {

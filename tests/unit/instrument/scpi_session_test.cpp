@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SCPI conversations with cameras that only exist in memory.
+#include "core/log_history.hpp"
+#include "instrument/recorded_link.hpp"
 #include "instrument/scpi/session.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/instrument/fake_link.hpp"
@@ -31,6 +33,8 @@ TEST_CASE_METHOD(Fixture, "common commands answer as IEEE 488.2 wants", "[instru
     CHECK(ask("*ESE 32;*ESE?;*SRE 255;*SRE?") == "32;191");
     CHECK(ask("*OPC;*ESR?") == "129"); // power on, operation complete
     CHECK(ask("*OPC?;*TST?;:SYST:VERS?") == "1;0;1999.0");
+    link.health = "bad";
+    CHECK(ask("*TST?;:HEAL?") == "1;bad");
     CHECK(ask("NONSENSE").empty());
     CHECK(ask("*STB?") == "100"); // error queue, event, master summary
     CHECK(ask("*CLS;*STB?;SYST:ERR:COUN?") == "0;0");
@@ -162,4 +166,34 @@ TEST_CASE_METHOD(Fixture, "mutated lines neither break the session nor fill memo
         REQUIRE(response.find('\n') == std::string::npos);
     }
     CHECK(ask("*CLS;*IDN?") == "Obscura,obscura-instrument,0,1.2");
+}
+
+TEST_CASE("each change is a line of the log, with who has made it", "[instrument]") {
+    const auto last_id = [] {
+        const std::vector<LoggedLine> lines = log_history().after(0, LogHistory::lines);
+        return lines.empty() ? 0 : lines.back().id;
+    };
+    const std::uint64_t before = last_id();
+    test::FakeLink daemon;
+    RecordedLink link(daemon, "SCPI");
+    link.set_peer("192.0.2.7");
+    link.set(0, "Gain", 6.0);
+    link.set(0, "Gain", 6.0); // changes nothing
+    link.set(1, "TriggerSource", std::string("Software"));
+    link.stop(1);
+    link.begin_trigger(1);
+    daemon.looks_until_result = 1;
+    CHECK_FALSE(link.trigger_result(0));
+    CHECK(link.trigger_pending());
+    CHECK(link.trigger_result(0)->frame == 7);
+    daemon.refusal = LinkError("controlled", "", "controlled by 192.0.2.9:4711");
+    CHECK_THROWS_AS(link.start(0), LinkError);
+    std::vector<std::string> texts;
+    for (const LoggedLine& line : log_history().after(before, LogHistory::lines))
+        texts.push_back(line.text);
+    CHECK(texts == std::vector<std::string>{"instrument: SCPI of 192.0.2.7: Gain of camera 0: 0 -> 6",
+                                            "instrument: SCPI of 192.0.2.7: TriggerSource of camera 1: "
+                                            "Line0 -> Software",
+                                            "instrument: SCPI of 192.0.2.7: stop of camera 1",
+                                            "instrument: SCPI of 192.0.2.7: trigger of camera 1"});
 }

@@ -248,8 +248,8 @@ TEST_CASE("a call in progress is cancelled, and what waits is done after it", "[
 TEST_CASE("progress is reported at most five times a second", "[service]") {
     Bench bench;
     Client client(bench);
-    client.request(5, {{"call", "wait"}});
     const auto begin = std::chrono::steady_clock::now();
+    client.request(5, {{"call", "wait"}});
     for (int i = 0; i < 3; ++i) {
         const auto event = client.next();
         REQUIRE(event);
@@ -304,15 +304,16 @@ TEST_CASE("a client beyond the limit is refused with a line", "[service]") {
 }
 
 TEST_CASE("messages and hello that do not come in time end the connection", "[service]") {
-    Limits limits;
-    limits.message_ms = 50ms;
-    limits.hello_ms = 300ms;
-    const Bench bench(limits);
+    // A server for each: on a busy machine the client that is slow may say hello late.
+    Limits short_messages, short_hello;
+    short_messages.message_ms = 50ms;
+    short_hello.hello_ms = 50ms;
+    const Bench bench(short_messages), door(short_hello);
     Client slow(bench);
     slow.write("OB");
     CHECK_THAT(slow.answer().head["message"].get<std::string>(), ContainsSubstring("longer than 50 ms"));
     CHECK_FALSE(slow.next());
-    Client silent(bench, false);
+    Client silent(door, false);
     CHECK(silent.answer().head["code"] == "no-hello");
     CHECK_FALSE(silent.next());
 }
@@ -437,21 +438,26 @@ TEST_CASE("after three wrong tokens each further try waits a second, others mean
         start(guesser, wrong);
         CHECK(guesser.answer().head["code"] == "forbidden");
     }
-    Client late = Client::over_tcp(bench);
-    start(late, right);
-    const auto begin = std::chrono::steady_clock::now();
-    late.request(3, {{"call", "echo"}, {"value", 3}}); // is read after that
-    // Neither those that need no token nor those of another address wait for it.
-    Client elsewhere = Client::over_tcp(bench, "127.0.0.2");
-    start(elsewhere, right);
-    CHECK(elsewhere.answer().head["permission"] == "scene");
-    CHECK(std::chrono::steady_clock::now() - begin < 900ms);
-    Client local(bench);
-    local.request(1, {{"call", "echo"}, {"value", 1}});
-    CHECK(local.answer().head["value"] == 1);
-    CHECK(late.answer().head["permission"] == "scene");
-    CHECK(std::chrono::steady_clock::now() - begin > 900ms);
-    CHECK(late.answer().head["value"] == 3);
+    // Neither those that need no token nor those of another address wait for it: seen in the first try,
+    // unless the machine is busy with something else for that second.
+    bool overtaken = false;
+    for (int i = 0; i < 20 && !overtaken; ++i) {
+        Client late = Client::over_tcp(bench);
+        const auto begin = std::chrono::steady_clock::now();
+        start(late, right);
+        late.request(3, {{"call", "echo"}, {"value", 3}}); // is read after that
+        Client elsewhere = Client::over_tcp(bench, "127.0.0.2");
+        start(elsewhere, right);
+        CHECK(elsewhere.answer().head["permission"] == "scene");
+        Client local(bench);
+        local.request(1, {{"call", "echo"}, {"value", 1}});
+        CHECK(local.answer().head["value"] == 1);
+        overtaken = std::chrono::steady_clock::now() - begin < 900ms;
+        CHECK(late.answer().head["permission"] == "scene");
+        CHECK(std::chrono::steady_clock::now() - begin > 900ms);
+        CHECK(late.answer().head["value"] == 3);
+    }
+    CHECK(overtaken);
 }
 
 TEST_CASE("arrays stand in shared memory where they fit, each over the oldest", "[service]") {

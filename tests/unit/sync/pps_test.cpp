@@ -136,6 +136,7 @@ TEST_CASE("the source triggers on the pulse with the pulse's stamp, between puls
     box.send(Time{10 * ns_per_s + 5}, 1);
     sink.wait_for(1);
     settle(clock);
+    CHECK_FALSE(source.offset_ns()); // the first pulse was not expected at any time
     clock.advance_to(Time{10'500'000'005});
     sink.wait_for(2);
     settle(clock);
@@ -145,6 +146,7 @@ TEST_CASE("the source triggers on the pulse with the pulse's stamp, between puls
     sink.wait_for(3);
     settle(clock);
     CHECK(source.clock_state(clock.now()) == ClockState::locked);
+    CHECK(source.offset_ns() == 55);
     clock.advance_to(Time{11'500'000'060});
     sink.wait_for(4);
     settle(clock);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every line that daemon and web server can log stands in the table of messages of docs/appliance.md, and the table has no others. The journal's
+"""Every line that daemon, instrument and web server can log stands in the table of messages of docs/appliance.md, and the table has no others. The journal's
 catalogue, systemd/obscura.catalog, is made from that table.
 
 Usage: messages_test.py [--update]
@@ -24,7 +24,7 @@ def pattern(text):
 
 
 logged = {}
-for folder in "core", "config", "renderer", "sensors", "sync", "transports", "emulator", "web":
+for folder in "core", "config", "renderer", "sensors", "sync", "transports", "emulator", "instrument", "web":
     for file in sorted((source / folder).rglob("*.cpp")):
         for match in calls.finditer(file.read_text(encoding="utf-8")):
             logged[pattern(next(group for group in match.groups() if group))] = file.relative_to(source)

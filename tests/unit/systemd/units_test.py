@@ -89,7 +89,7 @@ if not settings(serve, "ExecStart")[0].endswith("/obscura serve --unix %t/obscur
 
 # The web server: as that one, with its tokens from the service manager, and less exposed still.
 web = judge("obscura-web.service", 15)
-for key, wanted in {"Type": "notify", "DynamicUser": "yes", "SupplementaryGroups": "obscura", "IPAddressAllow": "localhost", "IPAddressDeny": "any",
+for key, wanted in {"Type": "notify", "DynamicUser": "yes", "SupplementaryGroups": "obscura obscura-admin", "IPAddressAllow": "localhost", "IPAddressDeny": "any",
                     "MemoryMax": "256M", "RestrictRealtime": "yes", "MemoryDenyWriteExecute": "yes"}.items():
     if settings(web, key) != [wanted]:
         complaints.append(f"obscura-web.service: {key}={settings(web, key)}, wanted {wanted}")

@@ -453,6 +453,17 @@ TEST_CASE("A test packet is fired at the given size, and only with somewhere to 
     CHECK(Bench::word(b.read(reg::stream_packet_size)) == (0x40000000 | 1200)); // the fire bit reads 0
 }
 
+TEST_CASE("A client that takes control finds a camera that does not acquire") {
+    Bench b;
+    b.camera.acquisition_start(); // as calls of the daemon do
+    CHECK(b.write(address_of("AcquisitionMode"), 0) == access_denied);
+    CHECK(b.camera.acquiring());
+    CHECK(b.write(reg::control_privilege, 2) == ok);
+    CHECK_FALSE(b.camera.acquiring());
+    CHECK(b.write(address_of("AcquisitionMode"), 0) == ok);
+    CHECK(b.write(reg::control_privilege, 2) == ok); // again: no second stop
+}
+
 TEST_CASE("The heartbeat is the controller's alone and runs out by the clock") {
     Bench b;
     b.start();

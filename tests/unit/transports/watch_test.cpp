@@ -11,6 +11,7 @@
 #include <chrono>
 #include <optional>
 #include <thread>
+#include <vector>
 
 using namespace obscura;
 using namespace obscura::transports;
@@ -185,4 +186,103 @@ TEST_CASE("a frame for programs of this process is that of the ring", "[transpor
     CHECK(shared->header.number == seen->number);
     CHECK(shared->header.frame_id == 5);
     CHECK(std::equal(shared->pixels.begin(), shared->pixels.end(), seen->pixels.begin(), seen->pixels.end()));
+}
+
+TEST_CASE("saturated pixels are counted while somebody asks", "[transports]") {
+    WatchBench bench;
+    const auto watched = [&](std::uint64_t id, std::uint16_t dn, std::size_t pixels, std::int32_t rows) {
+        const FrameRef frame = bench.frame(id);
+        frame->info.bits_per_pixel = 12;
+        frame->info.trigger_edge = Time{static_cast<std::int64_t>(1000 + id)};
+        std::fill_n(frame->pixels().begin(), pixels, dn);
+        frame->publish_rows(rows);
+        if (rows < height) frame->abandon();
+        REQUIRE(bench.watch.submit(frame));
+        REQUIRE(bench.newest(id - 1)->info.frame_id == id);
+    };
+    CHECK_FALSE(bench.newest(0, 0ms)); // looks, and does not count
+    watched(1, 4095, 5, height);
+    CHECK_FALSE(bench.watch.saturated().of(1, Time{1001}));
+    bench.watch.count_saturated();
+    watched(2, 4095, 5, height);
+    watched(3, 4094, 5, height);
+    watched(4, 65535, 20, 2); // of two rows
+    CHECK(bench.watch.saturated().of(2, Time{1002}) == 5);
+    CHECK(bench.watch.saturated().of(3, Time{1003}) == 0);
+    CHECK(bench.watch.saturated().of(4, Time{1004}) == 2 * width);
+    CHECK_FALSE(bench.watch.saturated().of(2, Time{2002})); // of another acquisition
+    SaturationCounts counts;
+    counts.want(Time{5});
+    CHECK((counts.wanted(Time{5}) && !counts.wanted(Time{6})));
+}
+
+TEST_CASE("the latest frames are there by their numbers", "[transports]") {
+    WatchBench bench;
+    CHECK_FALSE(bench.newest(0, 0ms));
+    CHECK_FALSE(bench.watch.numbered(1));
+    for (std::uint64_t id = 1; id <= 6; ++id) {
+        bench.watch.submit(bench.frame(id + 10, height));
+        REQUIRE(bench.newest(id - 1)->number == id);
+    }
+    for (std::uint64_t number = 3; number <= 6; ++number) {
+        const auto frame = bench.watch.numbered(number);
+        REQUIRE(frame);
+        CHECK(frame->number == number);
+        CHECK(frame->info.frame_id == number + 10);
+        CHECK(frame->rows == height);
+        CHECK(frame->pixels.at(7) == number + 10);
+    }
+    for (const std::uint64_t number : {0, 1, 2, 7})
+        CHECK_FALSE(bench.watch.numbered(number));
+}
+
+TEST_CASE("what a probe needs is kept of the latest frames, by their ids", "[transports]") {
+    FramePool pool(6, width * height, height, {.pixels = true});
+    WatchBench bench;
+    const auto kept = [&](std::uint64_t id) {
+        return bench.watch.kept(id, std::chrono::steady_clock::now() + (id == 0 ? 60s : 0s), bench.given_up);
+    };
+    CHECK_FALSE(kept(3));
+    std::uint64_t number = 0;
+    const auto copied = [&](std::uint64_t id) {
+        const FrameRef frame = pool.acquire();
+        REQUIRE(frame);
+        frame->info.frame_id = id;
+        frame->info.width = width, frame->info.height = height;
+        frame->info.seen = MonotonicClock().now();
+        for (std::int32_t y = 0; y < height; ++y)
+            frame->row_times()[static_cast<std::size_t>(y)] = {Time{y}, Time{y + static_cast<int>(id)}};
+        for (std::size_t i = 0; i < frame->pixels().size(); ++i) {
+            frame->pixels()[i] = static_cast<std::uint16_t>(100 * id + i);
+            frame->pixel_truth()->mean_e[i] = static_cast<float>(1000 * id + i);
+        }
+        frame->publish_rows(height);
+        bench.watch.submit(frame);
+        number = bench.newest(number).value().number;
+    };
+    CHECK_FALSE(bench.newest(0, 0ms)); // looks
+    for (std::uint64_t id = 1; id <= 3; ++id)
+        copied(id);
+    const auto second = kept(2);
+    REQUIRE(second);
+    CHECK(second->info.frame_id == 2);
+    CHECK(second->rows == height);
+    CHECK(second->row_times == std::vector<RowTime>{{Time{0}, Time{2}},
+                                                    {Time{1}, Time{3}},
+                                                    {Time{2}, Time{4}},
+                                                    {Time{3}, Time{5}},
+                                                    {Time{4}, Time{6}},
+                                                    {Time{5}, Time{7}}});
+    const auto pixel = bench.watch.pixel(*second, 3, 2);
+    REQUIRE(pixel);
+    CHECK(pixel->dn == 200 + 2 * width + 3);
+    CHECK(pixel->mean_e == 2000 + 2 * width + 3);
+    CHECK(kept(0).value().info.frame_id == 3);
+    CHECK(kept(9).value().info.frame_id == 3); // is not there
+    copied(2);                                 // of the next acquisition
+    CHECK(kept(2).value().serial == second->serial + 2);
+    copied(3);
+    copied(4);
+    CHECK_FALSE(bench.watch.pixel(*second, 3, 2)); // overwritten
+    CHECK_FALSE(bench.watch.kept(5, {}, bench.given_up).value().info.frame_id == 5);
 }

@@ -2,8 +2,10 @@
 // Live pictures without the socket: views and histograms against brute force, messages, the budget, credit.
 #include "core/error.hpp"
 #include "tests/support/catch.hpp"
+#include "web/kept_frames.hpp"
 #include "web/live_budget.hpp"
 #include "web/live_message.hpp"
+#include "web/live_pictures.hpp"
 #include "web/view.hpp"
 
 #include <nlohmann/json.hpp>
@@ -164,7 +166,7 @@ TEST_CASE("messages of viewers are taken or refused with what is allowed", "[web
     CHECK(refused(R"("reduce":"median")") == "view: reduce: max or mean");
     for (const char* bad : {R"("max_hz":0)", R"("max_hz":61)", R"("max_hz":"1")", R"("max_hz":-1e300)"})
         CHECK(refused(bad) == "view: max_hz: a number from 0.1 to 60");
-    CHECK(refused(R"("zoom":1)") == "view: allowed are camera, x, y, w, h, bin, reduce, max_hz");
+    CHECK(refused(R"("zoom":1)") == "view: allowed are camera, x, y, w, h, bin, reduce, max_hz, enc");
     CHECK(refusal_of(R"({"view":[]})") == "view: an object");
     for (const char* id : {"", "1", "1-", "-1-0", "0-0", "1-1001", "1-0x", "x-0", "1--1", " 1-0"})
         CHECK(refusal_of(std::string(R"({"view":{"camera":")") + id + "\"}}") ==
@@ -180,7 +182,8 @@ TEST_CASE("the header of a picture says what it shows", "[web]") {
     frame.bits = 12;
     frame.rows = 300;
     frame.width = 1024, frame.height = 768;
-    const auto bytes = picture_header(3, frame, {10, 20, 300, 400, 4, Reduce::mean}, 2, 70000);
+    frame.number = 0x2122232425262728;
+    const auto bytes = picture_header(3, frame, {10, 20, 300, 400, 4, Reduce::mean}, 2, 70000, 0x31);
     CHECK(std::memcmp(bytes.data(), "OBSV", 4) == 0);
     const auto at = [&bytes](std::size_t from, std::size_t count) {
         std::uint64_t value = 0;
@@ -189,7 +192,7 @@ TEST_CASE("the header of a picture says what it shows", "[web]") {
         return value;
     };
     const std::vector<std::array<std::uint64_t, 3>> fields{{4, 2, 1},
-                                                           {6, 2, 64},
+                                                           {6, 2, 80},
                                                            {8, 4, 3},
                                                            {12, 4, 2},
                                                            {16, 8, frame.frame_id},
@@ -207,7 +210,9 @@ TEST_CASE("the header of a picture says what it shows", "[web]") {
                                                            {54, 2, 300},
                                                            {56, 4, 70000},
                                                            {60, 2, 1024},
-                                                           {62, 2, 768}};
+                                                           {62, 2, 768},
+                                                           {64, 8, frame.number},
+                                                           {72, 8, 0x31}};
     for (const auto& [from, count, value] : fields) {
         INFO(from);
         CHECK(at(from, count) == value);
@@ -226,6 +231,76 @@ TEST_CASE("texts to viewers are JSON", "[web]") {
     CHECK(nlohmann::json::parse(reason_text("gone", "a \"b\" \xff"))["gone"].is_string());
 }
 
+TEST_CASE("a kept frame is that of the ring, with the fields of the call", "[web]") {
+    const Image image(5, 3, 12, 1);
+    transports::RingFrame ring;
+    ring.header.number = 17;
+    ring.header.frame_id = 4;
+    ring.header.exposure_ns = 1500;
+    ring.header.width = 5, ring.header.height = 3, ring.header.rows = 2;
+    ring.truth.camera.position_m = {1.5, -2, 3};
+    ring.pixels = image.pixels;
+    const auto kept = kept_frame({4711, 1}, ring);
+    CHECK((kept->camera == CameraId{4711, 1} && kept->number == 17));
+    CHECK((kept->width == 5 && kept->height == 3 && kept->pixels == image.pixels));
+    CHECK(kept->head["number"] == 17);
+    CHECK(kept->head["frame"] == 4);
+    CHECK(kept->head["exposure_us"] == 1.5);
+    CHECK(kept->head["rows"] == 2);
+    CHECK(kept->head["camera_position_m"] == nlohmann::ordered_json{1.5, -2.0, 3.0});
+}
+
+TEST_CASE("frames on a screen are kept while others go, oldest first", "[web]") {
+    const auto frame = [](std::uint32_t camera, std::uint64_t number, std::size_t pixels) {
+        auto one = std::make_shared<KeptFrame>();
+        one->camera = {1, camera};
+        one->number = number;
+        one->pixels.resize(pixels);
+        return one;
+    };
+    KeptFrames frames(100); // bytes
+    const auto kept = [&frames](std::uint32_t camera) {
+        std::vector<std::uint64_t> numbers;
+        for (std::uint64_t number = 0; number < 40; ++number)
+            if (frames.find({1, camera}, number)) numbers.push_back(number);
+        return numbers;
+    };
+    using Numbers = std::vector<std::uint64_t>;
+    for (std::uint64_t number = 1; number <= 7; ++number)
+        frames.keep(frame(0, number, 10));
+    CHECK(kept(0) == Numbers{3, 4, 5, 6, 7});
+    frames.keep(frame(0, 5, 10)); // is there
+    CHECK(kept(0) == Numbers{3, 4, 5, 6, 7});
+    frames.keep(frame(0, 8, 51)); // never fits
+    CHECK(kept(0) == Numbers{3, 4, 5, 6, 7});
+    CHECK(frames.find({2, 0}, 5) == nullptr);
+    // The last two that a viewer was sent.
+    frames.shown(1, {1, 0}, 3);
+    frames.shown(1, {1, 0}, 4);
+    frames.shown(1, {1, 0}, 4); // another view
+    for (std::uint64_t number = 9; number <= 12; ++number)
+        frames.keep(frame(1, number, 10));
+    CHECK(kept(0) == Numbers{3, 4});
+    CHECK(kept(1) == Numbers{10, 11, 12});
+    frames.shown(1, {1, 1}, 12);
+    frames.keep(frame(1, 13, 10));
+    CHECK(kept(0) == Numbers{4});
+    CHECK(kept(1) == Numbers{10, 11, 12, 13});
+    // A frame in somebody's hands stays whole.
+    const auto held = frames.find({1, 0}, 4);
+    frames.left(1);
+    frames.keep(frame(0, 14, 50));
+    CHECK(kept(0) == Numbers{14});
+    CHECK(kept(1).empty());
+    CHECK(held->pixels.size() == 10);
+    // All on screens: the bound holds still.
+    for (std::uint64_t viewer = 1; viewer <= 8; ++viewer) {
+        frames.keep(frame(0, 20 + viewer, 10));
+        frames.shown(viewer, {1, 0}, 20 + viewer);
+    }
+    CHECK(kept(0) == Numbers{24, 25, 26, 27, 28});
+}
+
 TEST_CASE("viewers get what they ask for while the budget reaches", "[web]") {
     const View view{0, 0, 512, 512, 1, Reduce::max};
     const std::vector<Wish> wishes(2, {view, 10});
@@ -240,7 +315,8 @@ TEST_CASE("over the budget first the rate is lowered, then the view", "[web]") {
     const View view{0, 0, 512, 512, 1, Reduce::max};
     for (const Share& share : shared_out(std::vector<Wish>(8, {view, 10}), 12e6)) {
         CHECK(share.view.bin == 1);
-        CHECK_THAT(share.hz, Catch::Matchers::WithinRel(12e6 / 8 / (512 * 512 * 2 + 64), 1e-9));
+        CHECK_THAT(share.hz,
+                   Catch::Matchers::WithinRel(12e6 / 8 / (512 * 512 * 2 + picture_header_bytes), 1e-9));
     }
     for (const Share& share : shared_out(std::vector<Wish>(20, {view, 10}), 12e6)) {
         CHECK(share.view.bin == 2); // 1.1 Hz otherwise
@@ -297,4 +373,19 @@ TEST_CASE("a pace lets frames at its rate pass, and no more", "[web]") {
     CHECK(std::chrono::abs(pace.time_of(1, later) - (later + 100ms)) < 1us);
     pace.take(3, later); // a debt is waited for
     CHECK(std::chrono::abs(pace.time_of(1, later) - (later + 400ms)) < 1us);
+}
+
+TEST_CASE("a viewer that names ever other cameras takes no more memory", "[web]") {
+    LivePictures pictures;
+    const LivePictures::ViewerId one = pictures.join([](LiveDelivery) {}),
+                                 other = pictures.join([](LiveDelivery) {});
+    pictures.view(other, {{5, 7}, {}});
+    for (std::uint32_t number = 0; number < 100; ++number) {
+        pictures.view(one, {{5, number}, {}});
+        CHECK(pictures.cameras() == (number == 7 ? 1 : 2));
+    }
+    pictures.leave(one);
+    pictures.leave(other);
+    pictures.visited({});
+    CHECK(pictures.cameras() == 0);
 }

@@ -19,6 +19,7 @@ public:
     /// Counts a strike of `rule` that took effect. Thread-safe and real-time safe.
     static void count(const FaultRule& rule) noexcept {
         if (rule.struck) rule.struck->fetch_add(1, std::memory_order_relaxed);
+        if (rule.struck_of_kind) rule.struck_of_kind->fetch_add(1, std::memory_order_relaxed);
     }
     /// The rule for `fault` that strikes packet `packet` (0 for faults of whole frames) of frame `frame`, or
     /// null.

@@ -39,6 +39,7 @@ constexpr std::size_t resend_outcome_count = 8;
 /// Written by the sender, read from any thread.
 struct SenderCounters {
     std::atomic<std::uint64_t> submitted{0}, delivered{0}, dropped{0};
+    std::atomic<std::uint64_t> no_receiver{0};     ///< of those dropped: no client's stream was open
     std::atomic<std::uint64_t> resend_requests{0}; ///< commands
     std::atomic<std::uint64_t> asked_packets{0};   ///< packets that those commands name
     /// What became of the packets asked for, by ResendOutcome.
@@ -46,6 +47,11 @@ struct SenderCounters {
     std::atomic<std::uint64_t> injected_losses{0}, injected_delays{0};
     std::atomic<std::uint64_t> repeated_packets{0}; ///< see GigeSettings::keep_alive_ms
     std::atomic<std::int64_t> pace_ns{0};           ///< see Transport::pace_ns()
+    /// Frames of the client's stream so far, by which fault rules count.
+    std::atomic<std::uint64_t> stream_frames{0};
+    /// Of the latest stream: address << 16 | port, bytes of a packet; 0: there was none.
+    std::atomic<std::uint64_t> stream_target{0};
+    std::atomic<std::uint32_t> packet_size{0};
     LatencyHistogram trigger_to_first, trigger_to_last;
 };
 
@@ -62,6 +68,8 @@ public:
     /// Throws HardwareError.
     void start();
     void stop();
+    /// Whether a client's stream is open.
+    [[nodiscard]] bool streaming() const noexcept { return accepting_.load(std::memory_order_relaxed); }
     /// Pipeline thread. See Transport::submit().
     bool submit(const FrameRef& frame) noexcept;
 

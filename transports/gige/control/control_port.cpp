@@ -77,7 +77,7 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
         if (const FaultRule* rule = faults.strikes(Fault::heartbeat_loss, commands_); rule != nullptr)
             FaultInjector::count(*rule);
         else
-            last_heard_ = now;
+            hear(now);
         if (answered && datagram.size() == last_request_bytes_ &&
             std::equal(datagram.begin(), datagram.end(), last_request_.begin())) {
             counters_.retries.fetch_add(1, std::memory_order_relaxed);
@@ -258,11 +258,14 @@ Status ControlPort::write_privilege(std::uint32_t value) {
     const bool was_free = !controlled();
     set_controller(asking_);
     privilege_ = bits;
-    last_heard_ = asked_;
+    hear(asked_);
     device_.set_controller(asking_.ip);
     if (was_free) {
         counters_.control_taken.fetch_add(1, std::memory_order_relaxed);
-        if (listener_ != nullptr) listener_->control_taken(client());
+        if (listener_ != nullptr)
+            listener_->control_taken(client());
+        else
+            device_.control_taken(client());
     }
     return Status::success;
 }
@@ -272,6 +275,11 @@ Time ControlPort::deadline() const noexcept {
     if (pending_reply_bytes_ != 0) due = std::min(due, pending_due_);
     if (controlled()) due = std::min(due, heartbeat_deadline());
     return due;
+}
+
+void ControlPort::hear(Time now) noexcept {
+    last_heard_ = now;
+    counters_.heard_ns.store(now.ns, std::memory_order_relaxed);
 }
 
 Time ControlPort::heartbeat_deadline() const noexcept {

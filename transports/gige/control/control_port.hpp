@@ -24,10 +24,12 @@ struct Peer {
     constexpr bool operator==(const Peer&) const = default;
 };
 
-/// Counters of datagrams and of losses of control; readable from any thread.
+/// Counters of datagrams and of losses of control, and when the controller was heard; readable from any
+/// thread.
 struct ControlCounters {
     std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_taken{0},
         control_lost{0}, throttled{0}, muted{0}, resends_denied{0};
+    std::atomic<std::int64_t> heard_ns{0}; ///< of the latest command of the controller, scheduling clock
 };
 
 /// Checks the rights of requests and executes them on a Device. Thread-bound: control thread, except
@@ -68,6 +70,7 @@ private:
     [[nodiscard]] bool is_controller(Peer p) const noexcept { return controlled() && p == controller_; }
     [[nodiscard]] std::string client() const;
     void set_controller(Peer peer) noexcept;
+    void hear(Time now) noexcept;
     Status write_privilege(std::uint32_t value);
     [[nodiscard]] Status force_ip(const ForceIpRequest& wanted) const;
     [[nodiscard]] Time heartbeat_deadline() const noexcept;

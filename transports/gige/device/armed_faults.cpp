@@ -24,23 +24,27 @@ std::shared_ptr<std::atomic<std::uint64_t>> new_counter() {
     return std::make_shared<std::atomic<std::uint64_t>>(0);
 }
 
-ArmedFault armed(FaultRule rule, FaultOrigin origin, std::string label, std::uint64_t seed) {
-    if (rule.seed == 0) rule.seed = seed;
-    rule.struck = new_counter();
-    return {std::move(rule), origin, std::move(label)};
-}
-
 } // namespace
 
 ArmedFaults::ArmedFaults(const GigeSettings& settings, std::uint64_t seed) : seed_(seed) {
-    for (Counter& counter : of_features_)
-        counter = new_counter();
+    for (std::size_t kind = 0; kind < fault_count; ++kind) {
+        of_features_[kind] = new_counter();
+        of_all_[kind] = new_counter();
+    }
     for (const FaultRule& rule : settings.faults)
         armed_.push_back(armed(rule, FaultOrigin::configuration,
-                               fmt::format("rule_{}_{}", armed_.size() + 1, name_of(rule.fault)), seed));
+                               fmt::format("rule_{}_{}", armed_.size() + 1, name_of(rule.fault)),
+                               new_counter()));
     if (settings.drop_percent > 0)
         armed_.push_back(armed({.fault = Fault::lose, .percent = settings.drop_percent},
-                               FaultOrigin::configuration, "drop_percent", seed));
+                               FaultOrigin::configuration, "drop_percent", new_counter()));
+}
+
+ArmedFault ArmedFaults::armed(FaultRule rule, FaultOrigin origin, std::string label, Counter struck) const {
+    if (rule.seed == 0) rule.seed = seed_;
+    rule.struck = std::move(struck);
+    rule.struck_of_kind = of_all_[static_cast<std::size_t>(rule.fault)];
+    return {std::move(rule), origin, std::move(label)};
 }
 
 void ArmedFaults::replace(const std::vector<FaultRule>& rules) {
@@ -48,8 +52,9 @@ void ArmedFaults::replace(const std::vector<FaultRule>& rules) {
     std::vector<ArmedFault> before = std::move(armed_);
     armed_.clear();
     for (const FaultRule& rule : rules) {
-        ArmedFault next = armed(rule, FaultOrigin::call,
-                                fmt::format("call_{}_{}", armed_.size() + 1, name_of(rule.fault)), seed_);
+        ArmedFault next =
+            armed(rule, FaultOrigin::call, fmt::format("call_{}_{}", armed_.size() + 1, name_of(rule.fault)),
+                  new_counter());
         const auto same = std::find_if(before.begin(), before.end(), [&next](const ArmedFault& old) {
             return same_rule(old.rule, next.rule);
         });
@@ -77,9 +82,9 @@ void ArmedFaults::set_percent(Fault fault, double percent, double amount) {
     } else if (found != armed_.end()) {
         armed_.erase(found);
     } else if (percent > 0) {
-        FaultRule rule{.fault = fault, .percent = percent, .amount = amount, .seed = seed_};
-        rule.struck = of_features_[static_cast<std::size_t>(fault)];
-        armed_.push_back({std::move(rule), FaultOrigin::feature, fmt::format("live_{}", name_of(fault))});
+        armed_.push_back(armed({.fault = fault, .percent = percent, .amount = amount}, FaultOrigin::feature,
+                               fmt::format("live_{}", name_of(fault)),
+                               of_features_[static_cast<std::size_t>(fault)]));
     }
 }
 
@@ -112,6 +117,10 @@ std::uint64_t ArmedFaults::struck(Fault fault) const {
     for (const ArmedFault& one : all())
         if (one.rule.fault == fault) sum += one.struck();
     return sum;
+}
+
+std::uint64_t ArmedFaults::struck_since_start(Fault fault) const noexcept {
+    return of_all_[static_cast<std::size_t>(fault)]->load(std::memory_order_relaxed);
 }
 
 std::vector<std::pair<std::string, std::uint64_t>> ArmedFaults::strikes() const {

@@ -58,6 +58,9 @@ public:
     [[nodiscard]] std::vector<FaultRule> rules() const;
     /// Strikes of all rules of a kind that are in force.
     [[nodiscard]] std::uint64_t struck(Fault fault) const;
+    /// Strikes of all rules of a kind since the start, also of those that have been replaced: never less than
+    /// before.
+    [[nodiscard]] std::uint64_t struck_since_start(Fault fault) const noexcept;
     /// Strikes by label: those of the rules in force, and of features that are disarmed but have struck.
     [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> strikes() const;
 
@@ -65,11 +68,15 @@ private:
     using Counter = std::shared_ptr<std::atomic<std::uint64_t>>;
 
     [[nodiscard]] std::vector<ArmedFault>::iterator find_plain(Fault fault);
+    /// The rule in force, with the seed that it uses and its counters.
+    [[nodiscard]] ArmedFault armed(FaultRule rule, FaultOrigin origin, std::string label,
+                                   Counter struck) const;
 
     const std::uint64_t seed_;
     mutable std::mutex mutex_;
     std::vector<ArmedFault> armed_;
     std::array<Counter, fault_count> of_features_; ///< since the start, by kind
+    std::array<Counter, fault_count> of_all_;      ///< of all rules
 };
 
 } // namespace obscura::transports::gige

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/device.hpp"
 
+#include "core/log.hpp"
 #include "transports/gige/device/action_queue.hpp"
 #include "transports/gige/device/bootstrap_registers.hpp"
 #include "transports/gige/device/feature_table.hpp"
@@ -83,6 +84,12 @@ StatusCodes Device::status_codes() const {
 void Device::arm_faults(const std::vector<FaultRule>& rules) {
     context_.armed_faults.replace(rules);
     publish_faults(context_);
+}
+
+void Device::control_taken(const std::string& client) {
+    if (!context_.control.acquiring()) return;
+    acquisition_stop(context_);
+    log_notice("gige: client {} has taken control; the acquisition that ran without it stops", client);
 }
 
 void Device::control_lost() {

@@ -42,6 +42,9 @@ public:
     /// Sets the address of the controlling application, 0 without one; streams may go there even off the
     /// link.
     void set_controller(std::uint32_t ip) noexcept { context_.controller_ip = ip; }
+    /// Called when `client` has taken control of the free camera: ends an acquisition that was started from
+    /// elsewhere, so that the client finds the features unlocked.
+    void control_taken(const std::string& client);
     /// Called when the controller releases control or times out: ends the acquisition and closes the stream
     /// and message channels; features keep their values.
     void control_lost();

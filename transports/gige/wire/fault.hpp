@@ -104,6 +104,8 @@ struct FaultRule {
     std::uint64_t seed = 0;         ///< 0: the camera's
     /// Counts its strikes: packets, frames or commands; null: they are not counted. Copies share it.
     std::shared_ptr<std::atomic<std::uint64_t>> struck{};
+    /// Counts the strikes of all rules of its kind since the start, as `struck` does.
+    std::shared_ptr<std::atomic<std::uint64_t>> struck_of_kind{};
 };
 /// Whether two rules select the same packets for the same fault, whatever they have struck.
 [[nodiscard]] inline bool same_rule(const FaultRule& a, const FaultRule& b) {

@@ -22,12 +22,16 @@ public final class CameraFeatures extends Call<CameraFeatures.Result> {
     /**
      * Answer of camera.features; null is what the server did not send.
      *
-     * @param features Rows: name, value, type, unit, allowed, help; locked: cannot change now
+     * @param features Rows: name, value, type, unit, allowed, help; category, of SFNC; increment, if it is not any;
+     *     locked: cannot change now, and why
+     * @param readout What the chip makes of the settings in force: frame_period_us, shortest time between triggers;
+     *     max_rate_hz; readout_us, first to last row; row_us; windows: x, y, width, height, exposure_requested_us,
+     *     exposure_min_us and exposure_max_us obtained, reads. refusal: why it cannot read them
      */
-    public record Result(List<Map<String, Object>> features) {}
+    public record Result(List<Map<String, Object>> features, Map<String, Object> readout) {}
 
     @Override
     public Result read(Map<String, Object> head) {
-        return new Result(maps(head.get("features")));
+        return new Result(maps(head.get("features")), map(head.get("readout")));
     }
 }

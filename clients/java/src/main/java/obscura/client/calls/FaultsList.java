@@ -26,12 +26,14 @@ public final class FaultsList extends Call<FaultsList.Result> {
      * @param parameters Keys of a rule: name, type, unit, allowed, default, help, required
      * @param rules Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck:
      *     packets, frames or commands
+     * @param frame Number of the newest frame as `first` and `last` count them: since the client opened its stream
      */
     public record Result(List<Map<String, Object>> kinds, List<Map<String, Object>> parameters,
-            List<Map<String, Object>> rules) {}
+            List<Map<String, Object>> rules, Long frame) {}
 
     @Override
     public Result read(Map<String, Object> head) {
-        return new Result(maps(head.get("kinds")), maps(head.get("parameters")), maps(head.get("rules")));
+        return new Result(maps(head.get("kinds")), maps(head.get("parameters")), maps(head.get("rules")),
+                (Long) head.get("frame"));
     }
 }

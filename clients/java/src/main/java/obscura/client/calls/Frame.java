@@ -44,6 +44,15 @@ public final class Frame extends Call<Frame.Result> {
     }
 
     /**
+     * The frame with this `number`, if it is one of the latest four that anyone has looked at; 0: the newest one (0
+     * to 9e15; default 0).
+     */
+    public Frame number(long value) {
+        fields.put("number", value);
+        return this;
+    }
+
+    /**
      * Answer of frame; null is what the server did not send.
      *
      * @param number Counts the frames that were looked at, for `after`
@@ -59,10 +68,11 @@ public final class Frame extends Call<Frame.Result> {
      * @param midExposureTaiNs Middle of the exposure, TAI (ns)
      * @param cameraPositionM True position of the camera then, inertial (array of 3 numbers; m)
      * @param cameraOrientation Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+     * @param configSha256 Of the configuration in use when the frame is asked for, as in the call configuration
      */
     public record Result(Long number, Long skipped, Long frame, Long trigger, Long edgeTaiNs, Double exposureUs,
             Double gainDb, Long bits, Long rows, Long flags, Long midExposureTaiNs, List<Double> cameraPositionM,
-            List<Double> cameraOrientation) {}
+            List<Double> cameraOrientation, String configSha256) {}
 
     @Override
     public Result read(Map<String, Object> head) {
@@ -70,6 +80,7 @@ public final class Frame extends Call<Frame.Result> {
                 (Long) head.get("trigger"), (Long) head.get("edge_tai_ns"), number(head.get("exposure_us")),
                 number(head.get("gain_db")), (Long) head.get("bits"), (Long) head.get("rows"),
                 (Long) head.get("flags"), (Long) head.get("mid_exposure_tai_ns"),
-                numbers(head.get("camera_position_m")), numbers(head.get("camera_orientation")));
+                numbers(head.get("camera_position_m")), numbers(head.get("camera_orientation")),
+                (String) head.get("config_sha256"));
     }
 }

@@ -7,8 +7,8 @@ import java.util.Map;
 import obscura.client.Call;
 
 /**
- * Time stamps of the newest frames, half a second after they have ended: the numbers of the file of `obscurad
- * --timing`. A client that asks again with `last` gets each frame once.
+ * Time stamps of the newest frames, half a second after they have ended, when transports have finished them: the
+ * numbers of the file of `obscurad --timing`. A client that asks again with `last` gets each frame once.
  */
 public final class Timing extends Call<Timing.Result> {
     /** A request without fields. */
@@ -28,9 +28,28 @@ public final class Timing extends Call<Timing.Result> {
         return this;
     }
 
-    /** Largest number of rows, the newest ones (1 to 256; default 64). */
+    /** Largest number of rows, the newest ones (1 to 1024; default 64). */
     public Timing most(long value) {
         fields.put("most", value);
+        return this;
+    }
+
+    /**
+     * Also frames that ended less than half a second ago: instants of transports that are still sending are nil
+     * (default false).
+     */
+    public Timing early(boolean value) {
+        fields.put("early", value);
+        return this;
+    }
+
+    /**
+     * Another column, `saturated`: pixels at the largest digital number. They are counted from the first request on
+     * while one comes every two seconds; with `early` a frame waits for its count, a quarter of a second at most.
+     * nil: not counted (default false).
+     */
+    public Timing saturated(boolean value) {
+        fields.put("saturated", value);
         return this;
     }
 

@@ -7,8 +7,9 @@ import java.util.Map;
 import obscura.client.Call;
 
 /**
- * Tells where bodies are in the newest frame of the camera: of their true poses at mid-exposure, projected by the
- * lens of the scene that is shown. Rows of a rolling shutter are exposed at other times.
+ * Tells where things are in a frame of the camera, of its own poses and its own scene, px of the image with pixel
+ * centres at integers: where their light lands, each row of a rolling shutter at its own time, as in the truth table
+ * (docs/truth.md).
  */
 public final class Truth extends Call<Truth.Result> {
     /** A request without fields. */
@@ -22,6 +23,12 @@ public final class Truth extends Call<Truth.Result> {
         return this;
     }
 
+    /** Number of the frame, one of the latest that were looked at; 0: the newest (0 to 9e15; default 0). */
+    public Truth frame(long value) {
+        fields.put("frame", value);
+        return this;
+    }
+
     /** Longest wait for a frame where none was looked at (0 to 60 s; default 2.0). */
     public Truth waitS(double value) {
         fields.put("wait_s", value);
@@ -32,20 +39,33 @@ public final class Truth extends Call<Truth.Result> {
      * Answer of truth; null is what the server did not send.
      *
      * @param frame Number of the frame in its acquisition
-     * @param midExposureTaiNs Middle of the exposure, TAI, for which all of it holds (ns)
-     * @param cameraPositionM Inertial (array of 3 numbers; m)
-     * @param cameraOrientation Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
-     * @param sunPositionM Inertial (array of 3 numbers; m)
-     * @param bodies name; x and y of the origin in the image, px, pixel centres at integers, null where the lens
-     *     shows none; radius_px of the bounding sphere, null within it; range_m; position_m, inertial. At most 16
+     * @param midExposureTaiNs Middle of the exposure, TAI (ns)
+     * @param cameraPositionM Inertial, at mid-exposure (array of 3 numbers; m)
+     * @param cameraOrientation Quaternion w, x, y, z: from camera to inertial axes, at mid-exposure (array of 4
+     *     numbers)
+     * @param sunPositionM Inertial, at mid-exposure (array of 3 numbers; m)
+     * @param bodies name; x and y of the origin, null where the lens shows none; radius_px of the bounding sphere,
+     *     null within it; range_m; position_m, inertial; limb, points [x, y] where it is seen, at most 64 in each
+     *     window, null between parts, the first point again at the end of a closed one; limb_lit of each, whether the
+     *     Sun shines there; motion {start, end}, of the origin from the first to the last row, if it is more than
+     *     half a pixel. At most 64
+     * @param bodiesOf Bodies of the scene
+     * @param stars x, y, name (null where none is known) and magnitude (V) of the brightest that are seen, at most
+     *     100
+     * @param windows name; x, y, w and h in the image; sensor_x and sensor_y of its first pixel
+     * @param hotPixels [x, y] of the hottest, at most 256: stuck at high digital numbers, or ten times the mean dark
+     *     current (array of arrays; px)
      */
     public record Result(Long frame, Long midExposureTaiNs, List<Double> cameraPositionM,
-            List<Double> cameraOrientation, List<Double> sunPositionM, List<Map<String, Object>> bodies) {}
+            List<Double> cameraOrientation, List<Double> sunPositionM, List<Map<String, Object>> bodies,
+            Long bodiesOf, List<Map<String, Object>> stars, List<Map<String, Object>> windows,
+            List<Object> hotPixels) {}
 
     @Override
     public Result read(Map<String, Object> head) {
         return new Result((Long) head.get("frame"), (Long) head.get("mid_exposure_tai_ns"),
                 numbers(head.get("camera_position_m")), numbers(head.get("camera_orientation")),
-                numbers(head.get("sun_position_m")), maps(head.get("bodies")));
+                numbers(head.get("sun_position_m")), maps(head.get("bodies")), (Long) head.get("bodies_of"),
+                maps(head.get("stars")), maps(head.get("windows")), list(head.get("hot_pixels")));
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/support/star_names.hpp"
+#include "ephemeris/stars/star_names.hpp"
 
 #include "config/csv.hpp"
 #include "config/shipped_files.hpp"
@@ -11,7 +11,7 @@
 #include <numbers>
 #include <string>
 
-namespace obscura::tools {
+namespace obscura::ephemeris {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -48,4 +48,4 @@ StarName StarNames::at(double right_ascension_rad, double declination_rad) const
     return name;
 }
 
-} // namespace obscura::tools
+} // namespace obscura::ephemeris

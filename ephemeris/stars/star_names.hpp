@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace obscura::tools {
+namespace obscura::ephemeris {
 
 /// Names of a star; empty: it has none.
 struct StarName {
@@ -35,4 +35,4 @@ private:
     std::vector<Entry> entries_; ///< by declination
 };
 
-} // namespace obscura::tools
+} // namespace obscura::ephemeris

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Metrics of several daemons: each sample has labels of its own.
+#include "tests/support/catch.hpp"
+#include "tools/support/metrics_text.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace obscura;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json state_of(const std::string& config, int pid) {
+    return {{"daemon", {{"config", config}, {"pid", pid}, {"up_s", 3}}},
+            {"threads", {{{"name", "main"}, {"cpu_s", 1}}}},
+            {"cameras", {{{"acquiring", true}, {"camera", {{"frames", 7}, {"unsent", 2}}}}, Json::object()}}};
+}
+
+/// Names and labels of all samples.
+std::vector<std::string> series(const std::string& text) {
+    std::vector<std::string> all;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+        if (!line.starts_with('#')) all.push_back(line.substr(0, line.rfind(' ')));
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("daemons of one configuration have samples of their own", "[tools]") {
+    const std::vector<Json> states{state_of("a.toml", 7), state_of("b.toml", 8), state_of("a.toml", 9)};
+    const std::string text = tools::metrics_text(states);
+    const std::vector<std::string> all = series(text);
+    CHECK(all.size() > 20);
+    CHECK(std::set(all.begin(), all.end()).size() == all.size());
+    CHECK(text.find("\nobscura_up_seconds{config=\"a.toml\",pid=\"9\"} 3\n") != std::string::npos);
+    CHECK(text.find("\nobscura_frames_unsent_total{config=\"a.toml\",pid=\"7\",camera=\"0\"} 2\n") !=
+          std::string::npos);
+    // A restart begins no new series where it need not.
+    CHECK(text.find("\nobscura_up_seconds{config=\"b.toml\"} 3\n") != std::string::npos);
+}

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// Watch over daemons that restart, fail for a while or speak another version, and what routes make of them.
+#include "core/clock.hpp"
+#include "emulator/monitor/monitor_socket.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+#include "web/daemon_watch.hpp"
+#include "web/routes.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::web;
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+/// A monitor socket whose answers the test chooses.
+class FakeDaemon {
+public:
+    explicit FakeDaemon(const std::filesystem::path& path)
+        : socket_(path, [this](std::string_view request) { return answer(request); }) {
+        socket_.start();
+        thread_ = std::thread([this] {
+            while (!stop_) {
+                socket_.serve(MonotonicClock().now());
+                std::this_thread::sleep_for(1ms);
+            }
+        });
+    }
+    ~FakeDaemon() {
+        stop_ = true;
+        thread_.join();
+    }
+    FakeDaemon(const FakeDaemon&) = delete;
+    FakeDaemon& operator=(const FakeDaemon&) = delete;
+
+    /// An empty line is one that is not kept any more.
+    void set(Json state, std::vector<std::string> lines) {
+        const std::lock_guard lock(mutex_);
+        state_ = std::move(state);
+        lines_ = std::move(lines);
+    }
+    [[nodiscard]] int states() const { return states_; }
+    [[nodiscard]] const std::filesystem::path& path() const { return socket_.path(); }
+
+private:
+    std::string answer(std::string_view text) {
+        const std::lock_guard lock(mutex_);
+        const Json request = Json::parse(text);
+        if (request["verb"] == "state") {
+            ++states_;
+            return state_.dump();
+        }
+        Json events = Json::array();
+        for (std::size_t id = request["after"].get<std::size_t>() + 1; id <= lines_.size(); ++id)
+            if (!lines_[id - 1].empty()) events.push_back({{"id", id}, {"text", lines_[id - 1]}});
+        return Json{{"events", events}}.dump();
+    }
+
+    std::mutex mutex_;
+    Json state_;
+    std::vector<std::string> lines_;
+    std::atomic<int> states_{0};
+    std::atomic<bool> stop_{false};
+    emulator::MonitorSocket socket_;
+    std::thread thread_;
+};
+
+Json state_of(const std::string& started, int pid = 7) {
+    return {{"daemon", {{"pid", pid}, {"config", "a.toml"}, {"started_utc_ns", started}}},
+            {"cameras", {{{"verdict", {{"health", "good"}, {"text", "on time"}}}}}}};
+}
+
+void wait_until(const std::function<bool()>& done) {
+    while (!done())
+        std::this_thread::sleep_for(2ms);
+}
+
+/// Waits until the daemon has been asked twice more: what was set before has then been seen.
+void wait_for_looks(const FakeDaemon& daemon) {
+    const int before = daemon.states();
+    wait_until([&] { return daemon.states() >= before + 2; });
+}
+
+std::vector<std::string> texts(const DaemonWatch& watch, std::uint64_t after = 0) {
+    std::vector<std::string> texts;
+    for (const WatchedEvent& one : watch.events(after, DaemonWatch::most_events))
+        texts.push_back(one.event.at("text").get<std::string>());
+    return texts;
+}
+
+using Texts = std::vector<std::string>;
+
+} // namespace
+
+TEST_CASE("events are told once, also of a daemon that fails for a while", "[web]") {
+    const test::TempFolder folder;
+    FakeDaemon daemon(folder.path() / "one.socket");
+    daemon.set(state_of("10"), {"one", "two"});
+    const DaemonWatch watch(daemon.path(), 5ms);
+    wait_until([&] { return texts(watch).size() >= 2; });
+    daemon.set({{"error", "busy"}}, {});
+    wait_until([&] { return watch.latest()->states.empty(); });
+    CHECK(watch.latest()->error.find("busy") != std::string::npos);
+    daemon.set(state_of("10"), {"one", "two", "three"});
+    wait_until([&] { return !watch.latest()->states.empty(); });
+    wait_for_looks(daemon);
+    CHECK(texts(watch) == Texts{"one", "two", "three"});
+}
+
+TEST_CASE("a daemon that is restarted under the same number is another one", "[web]") {
+    const test::TempFolder folder;
+    FakeDaemon daemon(folder.path() / "one.socket");
+    daemon.set(state_of("10"), {"one", "two"});
+    const DaemonWatch watch(daemon.path(), 5ms);
+    wait_until([&] { return texts(watch).size() >= 2; });
+    // It has as many lines already as the one before had.
+    daemon.set(state_of("20"), {"started", "runs"});
+    wait_until([&] { return texts(watch).size() >= 4; });
+    wait_for_looks(daemon);
+    CHECK(texts(watch) == Texts{"one", "two", "started", "runs"});
+}
+
+TEST_CASE("where a daemon has not kept its lines, the log says how many are lost", "[web]") {
+    const test::TempFolder folder;
+    FakeDaemon daemon(folder.path() / "one.socket");
+    daemon.set(state_of("10"), {"one", "two"});
+    const DaemonWatch watch(daemon.path(), 5ms);
+    wait_until([&] { return texts(watch).size() >= 2; });
+    daemon.set(state_of("10"), {"", "", "", "", "", "six", "seven"});
+    wait_until([&] { return texts(watch).size() >= 5; });
+    wait_for_looks(daemon);
+    CHECK(texts(watch) == Texts{"one", "two", "3 lines of the log are lost here", "six", "seven"});
+}
+
+TEST_CASE("a daemon that does not answer keeps no other one from being seen", "[web]") {
+    const test::TempFolder folder;
+    std::filesystem::create_directory(folder.path() / "obscura");
+    const std::string before = ::getenv("XDG_RUNTIME_DIR") != nullptr ? ::getenv("XDG_RUNTIME_DIR") : "";
+    ::setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
+    // Connections are accepted, by the system, and nothing reads them.
+    int asked = 0;
+    emulator::MonitorSocket silent(folder.path() / "obscura" / "obscurad-1.socket", [&](std::string_view) {
+        ++asked;
+        return std::string("{}");
+    });
+    silent.start();
+    FakeDaemon daemon(folder.path() / "obscura" / "obscurad-2.socket");
+    daemon.set(state_of("10", 8), {"one"});
+    {
+        const DaemonWatch watch({}, 5ms);
+        wait_until([&] { return daemon.states() >= 10; });
+        const auto sighting = watch.latest();
+        CHECK(std::any_of(sighting->states.begin(), sighting->states.end(),
+                          [](const Json& state) { return state["daemon"]["pid"] == 8; }));
+        // The silent one is still waited for: it has been asked once.
+        silent.serve({});
+        CHECK(asked == 1);
+        silent.stop(); // ends the wait
+    }
+    ::setenv("XDG_RUNTIME_DIR", before.c_str(), 1);
+    if (before.empty()) ::unsetenv("XDG_RUNTIME_DIR");
+}
+
+TEST_CASE("an event that has not been yet is of another run of the watch", "[web]") {
+    const test::TempFolder folder;
+    FakeDaemon daemon(folder.path() / "one.socket");
+    daemon.set(state_of("10"), {"one", "two"});
+    const DaemonWatch watch(daemon.path(), 5ms);
+    wait_until([&] { return texts(watch).size() >= 2; });
+    CHECK(texts(watch, 1) == Texts{"two"});
+    CHECK(texts(watch, 2).empty());
+    CHECK(texts(watch, 3) == Texts{"one", "two"});
+}
+
+TEST_CASE("whoever wants looks again and again gets ten a second", "[web]") {
+    const test::TempFolder folder;
+    FakeDaemon daemon(folder.path() / "one.socket");
+    daemon.set(state_of("10"), {});
+    DaemonWatch watch(daemon.path(), 1h);
+    const auto begin = std::chrono::steady_clock::now();
+    while (daemon.states() < 5) {
+        watch.look_soon();
+        std::this_thread::sleep_for(1ms);
+    }
+    CHECK(std::chrono::steady_clock::now() - begin >= 4 * DaemonWatch::shortest);
+}
+
+TEST_CASE("a daemon of another version is answered for with 503", "[web]") {
+    const test::TempFolder folder;
+    FakeDaemon daemon(folder.path() / "one.socket");
+    daemon.set({{"daemon", {{"pid", 7}}}, {"cameras", {{{"latency_us", {{"render", {{"up_to", 3}}}}}}}}}, {});
+    const DaemonWatch watch(daemon.path(), 5ms);
+    wait_until([&] { return !watch.latest()->states.empty(); });
+    Tokens tokens;
+    tokens.add(Role::admin, "abc");
+    Routes routes({tokens, OwnNames({}, 80), "1"}, watch);
+    const auto status_of = [&routes](std::string_view target) {
+        Request request;
+        request.method = "GET";
+        request.target = target;
+        request.has_host = true;
+        request.host = "localhost";
+        request.bearer = "abc";
+        return routes.answer(request).status;
+    };
+    CHECK(status_of("/readyz") == 503);
+    CHECK(status_of("/metrics") == 200);
+    CHECK(status_of("/api/v1/state") == 200);
+    CHECK(status_of("/api/v1/cameras/7-0/features") == 503);
+}
