@@ -60,6 +60,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
     release.grace_ns = std::llround(config.deadline.grace_us * 1e3);
     // Without SCHED_FIFO polling only takes CPU time from other threads.
     if (release.thread.priority > 0) release.spin_ns = std::llround(config.deadline.spin_us * 1e3);
+    if (config.control.enabled()) timing_.keep_rows(imaging_->pool->max_rows());
     releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>(), &timing_);
     camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
                                        imaging_->clock, log);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace obscura::emulator {
 namespace {
@@ -20,7 +21,8 @@ std::optional<std::int64_t> instant(Time t) {
 
 } // namespace
 
-RecentTiming::Kept::Kept(const FrameTiming& timing) : frame(timing) {
+RecentTiming::Kept::Kept(const FrameTiming& timing)
+    : frame(timing), row_lateness_us(timing.row_lateness_us.begin(), timing.row_lateness_us.end()) {
     for (std::size_t slot = 0; timing.transmit != nullptr && slot < max_transports; ++slot) {
         first_byte[slot] = timing.transmit->first(slot);
         last_byte[slot] = timing.transmit->last(slot);
@@ -30,7 +32,7 @@ RecentTiming::Kept::Kept(const FrameTiming& timing) : frame(timing) {
 }
 
 void RecentTiming::note(const FrameTiming& frame) {
-    const Kept kept(frame);
+    Kept kept(frame);
     for (std::size_t slot = 0; slot < max_transports; ++slot)
         add(stages_.first_byte[slot], frame.edge, kept.first_byte[slot]);
     add(stages_.trigger_seen, frame.edge, frame.seen);
@@ -38,9 +40,9 @@ void RecentTiming::note(const FrameTiming& frame) {
     add(stages_.detector, frame.render_end, frame.detector_end);
     const std::lock_guard lock(mutex_);
     if (kept_.size() < most_)
-        kept_.push_back(kept);
+        kept_.push_back(std::move(kept));
     else if (most_ > 0)
-        kept_[frames_ % most_] = kept;
+        kept_[frames_ % most_] = std::move(kept);
     ++frames_;
 }
 
@@ -83,6 +85,16 @@ RecentTiming::Rows RecentTiming::rows(std::uint64_t after, std::size_t most, boo
     for (std::uint64_t number = found.last - count; number < found.last; ++number)
         add_row(found, number < frames_ ? kept_[number % most_] : queued[number - frames_]);
     return found;
+}
+
+std::optional<RecentTiming::RowLateness> RecentTiming::row_lateness(std::uint64_t frame_id) const {
+    const std::lock_guard lock(mutex_);
+    for (std::uint64_t age = 1; age <= kept_.size(); ++age) {
+        const Kept& kept = kept_[(frames_ - age) % most_];
+        if (frame_id == 0 || kept.frame.frame_id == frame_id)
+            return RowLateness{kept.frame.frame_id, kept.frame.facts.acquisition, kept.row_lateness_us};
+    }
+    return std::nullopt;
 }
 
 } // namespace obscura::emulator

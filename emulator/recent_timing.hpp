@@ -54,10 +54,20 @@ public:
     /// them; note() is called from drain() then.
     [[nodiscard]] Rows rows(std::uint64_t after, std::size_t most, bool early = false) const;
 
+    /// How late each row of a frame left.
+    struct RowLateness {
+        std::uint64_t frame_id = 0, acquisition = 0;
+        std::vector<std::int32_t> us; ///< by row; FrameTiming::not_released: it did not leave
+    };
+    /// The newest kept frame with that id, of the latest acquisition that has one; 0: the newest of all. None
+    /// if it is not kept any more. Rows are kept if the log keeps them.
+    [[nodiscard]] std::optional<RowLateness> row_lateness(std::uint64_t frame_id) const;
+
 private:
     struct Kept {
         FrameTiming frame;
         std::array<Time, max_transports> first_byte, last_byte;
+        std::vector<std::int32_t> row_lateness_us;
 
         explicit Kept(const FrameTiming& timing);
     };

@@ -111,6 +111,8 @@ std::optional<Response> CameraJobs::step(State& state) {
         return acquisition(state);
     case Answers::timing:
         return read(state, "timing", state.request.query);
+    case Answers::timing_rows:
+        return read(state, "timing.rows", state.request.query);
     case Answers::faults:
         return faults(state);
     case Answers::set_faults:

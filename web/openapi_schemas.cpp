@@ -55,6 +55,9 @@ const std::string_view openapi_schemas = R"({
 "Timing": {"type": "object", "required": ["columns", "rows"], "properties": {
     "columns": {"type": "array", "items": {"type": "string"}},
     "rows": {"type": "array", "items": {"type": "array", "items": {"type": ["number", "null", "string"]}}}}},
+"TimingRows": {"type": "object", "required": ["frame", "acquisition", "lateness_us"], "properties": {
+    "frame": {"type": "integer"}, "acquisition": {"type": "integer"},
+    "lateness_us": {"description": "Of each row; null: it did not leave", "type": "array", "items": {"type": ["integer", "null"]}, "x-unit": "us"}}},
 "Faults": {"type": "object", "required": ["kinds", "rules"], "properties": {
     "kinds": {"type": "array", "items": {"type": "object", "required": ["name", "help"]}},
     "rules": {"type": "array", "items": {"type": "object", "required": ["kind"]}}}},

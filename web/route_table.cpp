@@ -28,6 +28,8 @@ constexpr std::array force_query{Parameter{
 constexpr std::array timing_query{
     Parameter{"after", Type::integer, "Only frames after this one", false, 0, most_id},
     Parameter{"most", Type::integer, "Largest number of rows", false, 1, 1024}};
+constexpr std::array timing_rows_query{
+    Parameter{"frame", Type::integer, "Number of a frame, one of the newest 1024; 0: the newest", false, 0, most_id}};
 constexpr std::array probe_query{
     Parameter{"x", Type::integer, "Column of the image", true, 0, 65535, "px"},
     Parameter{"y", Type::integer, "Row of the image", true, 0, 65535, "px"},
@@ -117,6 +119,8 @@ constexpr std::array all_routes{
           acquisition_fields},
     Route{Answers::timing, "GET", "/api/v1/cameras/{camera}/timing", "timing", Role::viewer,
           "Instants of the latest frames", json_type, "Timing", timing_query},
+    Route{Answers::timing_rows, "GET", "/api/v1/cameras/{camera}/timing/rows", "timing.rows", Role::viewer,
+          "How late each row of a frame left", json_type, "TimingRows", timing_rows_query},
     Route{Answers::faults, "GET", "/api/v1/cameras/{camera}/faults", "faults", Role::viewer,
           "Faults that are armed, and those that can be", json_type, "Faults"},
     Route{Answers::set_faults,

@@ -30,6 +30,7 @@ enum class Answers : std::uint8_t {
     trigger,
     acquisition,
     timing,
+    timing_rows,
     faults,
     set_faults,
     truth,

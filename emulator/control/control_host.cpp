@@ -66,6 +66,7 @@ public:
         calls.push_back(frame_call(cameras_));
         calls.push_back(stream_call(cameras_));
         calls.push_back(timing_call(cameras_));
+        calls.push_back(timing_rows_call(cameras_));
         for (service::Call& call : device_calls(cameras_))
             calls.push_back(std::move(call));
         calls.push_back(truth_call(cameras_));

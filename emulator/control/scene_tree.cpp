@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace obscura::emulator {
 namespace {
@@ -33,6 +35,25 @@ json placed(const std::string& name, const std::string& parent, const scene::Mot
     row["poses_received"] = received ? ring->second->count() : std::uint64_t{0};
     row["newest_pose_s"] = received ? json(ring->second->newest_s()) : json();
     return row;
+}
+
+/// Times of the points of all trajectories in the scene, each once; the first ones where there are many.
+std::vector<double> trajectory_times(const scene::Scene& scene) {
+    constexpr std::size_t most = 1000;
+    std::set<double> times;
+    const auto add = [&times](const scene::Motion& motion) {
+        if (motion.path || motion.samples.size() < 2) return;
+        for (const auto& sample : motion.samples)
+            times.insert(sample.time_s);
+    };
+    add(scene.camera.motion);
+    for (const scene::Body& body : scene.bodies)
+        add(body.motion);
+    for (const scene::Lamp& lamp : scene.lamps)
+        add(lamp.motion);
+    std::vector<double> first(times.begin(), times.end());
+    first.resize(std::min(first.size(), most));
+    return first;
 }
 
 /// Angle under which the sensor sees `pixels` of that pitch, without distortion.
@@ -88,6 +109,7 @@ json scene_tree(const ShownScene& shown) {
             {"file", shown.config.scene_file},
             {"scene_time", name_of(shown.config.daemon.scene_time)},
             {"dated", scene.epoch.has_value()},
+            {"trajectory_s", trajectory_times(scene)},
             {"sun", {{"shines", scene.sun.irradiance_scale > 0}, {"moves", scene.sun.path != nullptr}}},
             {"camera", std::move(camera)},
             {"bodies", std::move(bodies)},
@@ -108,6 +130,8 @@ service::Call scene_tree_call(std::function<json(std::size_t camera)> describe) 
         {"file", "string", "", "Its file"},
         {"scene_time", "string", "", "Clock that it follows: daemon.scene_time"},
         {"dated", "boolean", "", "Whether scene time 0 has a date"},
+        {"trajectory_s", "array of numbers", "s",
+         "Scene times of the points of trajectories in the scene, increasing, the first 1000"},
         {"sun", "map", "", "shines; moves"},
         {"camera", "map", "",
          "As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg, "

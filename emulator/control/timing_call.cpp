@@ -5,6 +5,8 @@
 #include "emulator/recent_timing.hpp"
 #include "transports/watch/watch.hpp"
 
+#include <fmt/format.h>
+
 #include <optional>
 #include <string>
 #include <utility>
@@ -59,16 +61,20 @@ void add_saturated(RecentTiming::Rows& found, const transports::WatchTransport* 
     }
 }
 
+const RecentTiming& timing_of(const ControlledCamera& camera) {
+    if (camera.timing == nullptr)
+        throw Failure(FailureCode::not_now, "timing: the daemon keeps no time stamps for calls");
+    return *camera.timing;
+}
+
 Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
     const ControlledCamera& camera = checked_camera(cameras, arguments.camera);
-    const RecentTiming* const timing = camera.timing;
-    if (timing == nullptr)
-        throw Failure(FailureCode::not_now, "timing: the daemon keeps no time stamps for calls");
+    const RecentTiming& timing = timing_of(camera);
     // Before the rows, so that one that is there has been copied, or will be.
     if (arguments.saturated && camera.watch != nullptr) camera.watch->count_saturated();
     RecentTiming::Rows found =
-        timing->rows(arguments.after, static_cast<std::size_t>(arguments.most), arguments.early);
-    std::vector<std::string> columns = timing->columns();
+        timing.rows(arguments.after, static_cast<std::size_t>(arguments.most), arguments.early);
+    std::vector<std::string> columns = timing.columns();
     if (arguments.saturated) {
         columns.emplace_back("saturated");
         add_saturated(found, camera.watch, MonotonicClock().now());
@@ -84,6 +90,35 @@ Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
              {"rows", std::move(rows)},
              {"last", found.last},
              {"tai_offset_ns", camera.clock.tai_offset_ns()}}};
+}
+
+struct RowArguments {
+    std::uint32_t camera = 0;
+    std::uint64_t frame = 0;
+
+    Fields fields() {
+        return {
+            {camera_key(&camera),
+             config::key("frame", &frame)
+                 .range(0, 9e15)
+                 .help("Number of the frame, one of the newest 1024, that of the latest acquisition which "
+                       "has one; 0: the newest")}};
+    }
+};
+
+Answer timing_rows(const CameraCalls::Cameras& cameras, const RowArguments& arguments) {
+    const auto found = timing_of(checked_camera(cameras, arguments.camera)).row_lateness(arguments.frame);
+    if (!found)
+        throw Failure(FailureCode::not_now,
+                      arguments.frame == 0
+                          ? "timing.rows: no frame has ended yet"
+                          : fmt::format("timing.rows: frame {} is not one of the latest that have ended",
+                                        arguments.frame));
+    json rows = json::array();
+    for (const std::int32_t us : found->us)
+        rows.push_back(us != FrameTiming::not_released ? json(us) : json());
+    return {
+        {{"frame", found->frame_id}, {"acquisition", found->acquisition}, {"lateness_us", std::move(rows)}}};
 }
 
 } // namespace
@@ -108,6 +143,23 @@ service::Call timing_call(const CameraCalls::Cameras& cameras) {
          "Number of the newest frame, counted since the daemon's start: frame ids begin anew at each "
          "acquisition"},
         {"tai_offset_ns", "integer", "ns", "What makes TAI since 1970 of the instants, now"}};
+    return call;
+}
+
+service::Call timing_rows_call(const CameraCalls::Cameras& cameras) {
+    service::Call call = service::call<RowArguments>(
+        "timing.rows", service::Permission::view,
+        "How late each row of a frame left, half a second after the frame has ended: `row_lateness_us` of "
+        "the file of `obscurad --timing`.",
+        [&cameras](const RowArguments& arguments, service::Work& /*work*/) {
+            return timing_rows(cameras, arguments);
+        });
+    call.results = {
+        {"frame", "integer", "", "Number of the frame"},
+        {"acquisition", "integer", "", "Number of its acquisition"},
+        {"lateness_us", "array of integers", "us",
+         "Release of each row after its time, whole ones, first row first; nil for a row that did "
+         "not leave"}};
     return call;
 }
 

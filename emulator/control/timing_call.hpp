@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Call `timing`: time stamps of the newest frames.
+// Calls `timing` and `timing.rows`: time stamps of the newest frames, lateness of the rows of one.
 #pragma once
 
 #include "emulator/control/camera_calls.hpp"
@@ -7,7 +7,8 @@
 
 namespace obscura::emulator {
 
-/// The row; `cameras` outlives it.
+/// Rows of the table of calls; `cameras` outlives them.
 [[nodiscard]] service::Call timing_call(const CameraCalls::Cameras& cameras);
+[[nodiscard]] service::Call timing_rows_call(const CameraCalls::Cameras& cameras);
 
 } // namespace obscura::emulator

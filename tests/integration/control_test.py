@@ -309,6 +309,13 @@ def time_stamps(camera):
     check("what was told is not told again", camera.timing(after=stamps["last"])["rows"] == [])
     newest = camera.timing(after=stamps["last"] - 3, most=2)
     check("only the newest rows, if there are more", newest["rows"] == stamps["rows"][-2:] and newest["last"] == stamps["last"], newest)
+    for row in rows[-5:]:
+        told = camera.timing_rows(row["frame_id"])
+        latest = max(us for us in told["lateness_us"] if us is not None)
+        check("rows of a frame are late as its row says", told["frame"] == row["frame_id"] and told["acquisition"] == row["acquisition"] and
+              len(told["lateness_us"]) == HEIGHT and latest == row["worst_row_ns"] // 1000 and told["lateness_us"][row["worst_row"]] == latest, (told, row))
+    check("those of the newest frame without a number", camera.timing_rows()["frame"] == 5)
+    check_refused("a frame that never was", "not-now", "timing.rows: frame 77 is not one of the latest that have ended", lambda: camera.timing_rows(77))
     stages = camera.state()["cameras"][0]["stages_us"]
     check("stages count the same frames", {stages[name]["count"] for name in ("trigger_seen", "render", "detector")} ==
           {stages["first_byte"]["file"]["count"]} == {stamps["last"]}, stages)

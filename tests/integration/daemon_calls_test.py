@@ -149,6 +149,14 @@ def scene(camera, small):
     entries = {e["key"]: float(e["value"]) for e in camera.configuration()["entries"] if e["key"] in ("sensor.pixel_pitch_um", "sensor.readout.width")}
     wanted = 2 * math.degrees(math.atan(entries["sensor.readout.width"] * entries["sensor.pixel_pitch_um"] * 1e-6 / 2 / lens["focal_length_m"]))
     check_near("and its field of view", lens["field_of_view_deg"][0], wanted, 1e-9)
+    check("where nothing follows a trajectory there are no times of one", told["trajectory_s"] == [], told)
+    folder = small.config.parent
+    (folder / "path.csv").write_text("time_s,x_m,y_m,z_m\n0,-20000,0,0\n2.5,-20000,10,0\n4,-20000,20,0\n")
+    (folder / "moving.toml").write_text((folder / "scene.toml").read_text().replace("position_m = [-20000, 0, 0]", 'trajectory = "path.csv"'))
+    camera.show_scene("moving.toml")
+    told = camera.call("scene.describe")
+    check("a trajectory has the times of its points", told["camera"]["motion"] == "trajectory" and told["trajectory_s"] == [0, 2.5, 4], told)
+    camera.show_scene("scene.toml")
 
 
 def reload(camera, small):
@@ -167,7 +175,7 @@ def reload(camera, small):
 with tempfile.TemporaryDirectory(prefix="obscura-daemon-calls-") as temporary:
     folder, gvcp = pathlib.Path(temporary), free_port(socket.SOCK_DGRAM)
     folder.chmod(0o755)
-    small = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\n')
+    small = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\nscenes = "{folder}"\n')
     small.config.write_text(small.config.read_text().replace(
         "[gige]\nenabled = false", f'[gige]\nenabled = true\ninterface = "127.0.0.1"\nport = {gvcp}\nstate_file = "{folder}/state"'))
     daemon = small.start("--ready-file", folder / "ready")

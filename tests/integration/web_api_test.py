@@ -43,7 +43,7 @@ GAIN = 0xA160  # register of the GigE Vision side
 # Who may do what: a change here is a change of the interface.
 ROLES = {"page": None, "alive": None, "ready": "viewer", "metrics": "viewer", "state": "viewer", "events": "viewer", "me": "viewer",
          "audit": "viewer", "openapi": "viewer", "features": "viewer", "features.set": "operator", "trigger": "operator",
-         "acquisition": "operator", "timing": "viewer", "faults": "viewer", "faults.set": "operator", "truth": "viewer", "probe": "viewer", "scenes": "viewer",
+         "acquisition": "operator", "timing": "viewer", "timing.rows": "viewer", "faults": "viewer", "faults.set": "operator", "truth": "viewer", "probe": "viewer", "scenes": "viewer",
          "scene.show": "operator", "scene": "viewer", "pose": "operator", "step": "operator", "device": "viewer", "device.set": "operator",
          "release": "admin", "reload": "admin", "log_level": "operator", "support-bundle": "admin", "self-test": "operator", "configuration": "viewer", "frame.json": "viewer",
          "frame.png": "viewer", "frame.fits": "viewer", "frame.raw": "viewer", "live.mjpg": "viewer", "live.mjpg.first": "viewer",
@@ -352,6 +352,12 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     rows = json.loads(ask("timing", query="?most=5").text)
     check("instants of the latest frames", rows["columns"][0] == "frame_id" and 0 < len(rows["rows"]) <= 5 and
           {len(row) for row in rows["rows"]} == {len(rows["columns"])}, rows)
+    newest = dict(zip(rows["columns"], rows["rows"][-1]))
+    told = json.loads(ask("timing.rows", query=f"?frame={newest['frame_id']}").text)
+    left = [us for us in told["lateness_us"] if us is not None]
+    check("rows of one of them", len(told["lateness_us"]) == newest["rows"] and max(left) == newest["worst_row_ns"] // 1000 and
+          told["lateness_us"][newest["worst_row"]] == max(left), (told, newest))
+    check("a frame that is not kept is said", ask("timing.rows", query="?frame=123456789").status == 409)
     entries = {entry["key"]: entry for entry in json.loads(ask("configuration").text)["entries"]}
     check("every key says where its value comes from", entries["trigger.rate_hz"]["source"].startswith(str(camera.config)) and
           entries["trigger.rate_hz"]["value"] == "10.0" and entries["daemon.run"]["source"] == "default", entries.get("trigger.rate_hz"))

@@ -934,6 +934,39 @@ struct Timing {
     }
 };
 
+/// How late each row of a frame left, half a second after the frame has ended: `row_lateness_us` of the file
+/// of `obscurad --timing`.
+struct TimingRows {
+    static constexpr const char* name = "timing.rows";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+    /// Number of the frame, one of the newest 1024, that of the latest acquisition which has one; 0: the
+    /// newest (0 to 9e15; default 0)
+    std::optional<std::int64_t> frame{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        detail::put(map, "frame", frame);
+        return map;
+    }
+
+    struct Result {
+        /// Number of the frame
+        std::optional<std::int64_t> frame{};
+        /// Number of its acquisition
+        std::optional<std::int64_t> acquisition{};
+        /// Release of each row after its time, whole ones, first row first; nil for a row that did not leave
+        /// (array of integers; us)
+        Value lateness_us{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {detail::optional<std::int64_t>(head["frame"]),
+                detail::optional<std::int64_t>(head["acquisition"]),
+                Value(head["lateness_us"])};
+    }
+};
+
 /// Lists the features of the camera's GigE Vision side with the values that a client reads; none where the
 /// camera has no such side.
 struct DeviceFeatures {
@@ -1243,6 +1276,9 @@ struct SceneDescribe {
         std::string scene_time{};
         /// Whether scene time 0 has a date
         std::optional<bool> dated{};
+        /// Scene times of the points of trajectories in the scene, increasing, the first 1000 (array of
+        /// numbers; s)
+        std::vector<double> trajectory_s{};
         /// shines; moves
         Value sun{};
         /// As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg,
@@ -1262,6 +1298,7 @@ struct SceneDescribe {
                 head["file"].string(),
                 head["scene_time"].string(),
                 detail::optional<bool>(head["dated"]),
+                head["trajectory_s"].numbers(),
                 Value(head["sun"]),
                 Value(head["camera"]),
                 Value(head["bodies"]),

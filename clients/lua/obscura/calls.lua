@@ -27,6 +27,7 @@ calls.kinds = {
   ["step"] = {camera = "integer"},
   ["frame"] = {camera = "integer", after = "integer", number = "integer"},
   ["timing"] = {camera = "integer", after = "integer", most = "integer"},
+  ["timing.rows"] = {camera = "integer", frame = "integer"},
   ["device.features"] = {camera = "integer"},
   ["device.set"] = {camera = "integer"},
   ["truth"] = {camera = "integer", frame = "integer"},
@@ -464,6 +465,23 @@ function calls:timing(fields)
   return self:request("timing", fields)
 end
 
+---@class obscura.TimingRows
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field frame? integer Number of the frame, one of the newest 1024, that of the latest acquisition which has one; 0: the newest (0 to 9e15; default 0)
+
+---@class obscura.TimingRowsAnswer
+---@field frame? integer Number of the frame
+---@field acquisition? integer Number of its acquisition
+---@field lateness_us? any[] Release of each row after its time, whole ones, first row first; nil for a row that did not leave (array of integers; us)
+
+--- How late each row of a frame left, half a second after the frame has ended: `row_lateness_us` of the file of
+--- `obscurad --timing`.
+---@param fields? obscura.TimingRows
+---@return obscura.TimingRowsAnswer head
+function calls:timing_rows(fields)
+  return self:request("timing.rows", fields)
+end
+
 ---@class obscura.DeviceFeatures
 ---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
 
@@ -606,6 +624,7 @@ end
 ---@field file? string Its file
 ---@field scene_time? string Clock that it follows: daemon.scene_time
 ---@field dated? boolean Whether scene time 0 has a date
+---@field trajectory_s? number[] Scene times of the points of trajectories in the scene, increasing, the first 1000 (array of numbers; s)
 ---@field sun? table<string, any> shines; moves
 ---@field camera? table<string, any> As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg, across and down, without distortion
 ---@field bodies? table<string, any>[] name; parent, "" for the inertial frame; motion in the scene: fixed, trajectory or file, spinning, aimed at a body; source of its pose now: scene or simulator; poses_received; newest_pose_s, scene time of the newest one; shape, material

@@ -38,6 +38,7 @@ from .calls import (
     StatusAnswer,
     StepAnswer,
     TimingAnswer,
+    TimingRowsAnswer,
     TruthAnswer,
 )
 
@@ -475,6 +476,22 @@ class AsyncCalls:
         """
         head, _ = await self._ask("timing", camera=camera, after=after, most=most, early=early, saturated=saturated)
         return cast(TimingAnswer, head)
+
+    async def timing_rows(
+        self,
+        *,
+        camera: Optional[int] = None,
+        frame: Optional[int] = None,
+    ) -> TimingRowsAnswer:
+        """How late each row of a frame left, half a second after the frame has ended: `row_lateness_us` of the file
+        of `obscurad --timing`.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        frame: Number of the frame, one of the newest 1024, that of the latest acquisition which has one; 0: the
+            newest (0 to 9e15; default 0)
+        """
+        head, _ = await self._ask("timing.rows", camera=camera, frame=frame)
+        return cast(TimingRowsAnswer, head)
 
     async def device_features(
         self,

@@ -277,6 +277,18 @@ class TimingAnswer(TypedDict, total=False):
     tai_offset_ns: int
 
 
+class TimingRowsAnswer(TypedDict, total=False):
+    """Answer of timing.rows."""
+
+    # Number of the frame
+    frame: int
+    # Number of its acquisition
+    acquisition: int
+    # Release of each row after its time, whole ones, first row first; nil for a row that did not leave (array of
+    # integers; us)
+    lateness_us: List[Any]
+
+
 class DeviceFeaturesAnswer(TypedDict, total=False):
     """Answer of device.features."""
 
@@ -394,6 +406,8 @@ class SceneDescribeAnswer(TypedDict, total=False):
     scene_time: str
     # Whether scene time 0 has a date
     dated: bool
+    # Scene times of the points of trajectories in the scene, increasing, the first 1000 (array of numbers; s)
+    trajectory_s: List[float]
     # shines; moves
     sun: Dict[str, Any]
     # As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg, across and down,
@@ -878,6 +892,22 @@ class Calls:
         """
         head, _ = self._ask("timing", camera=camera, after=after, most=most, early=early, saturated=saturated)
         return cast(TimingAnswer, head)
+
+    def timing_rows(
+        self,
+        *,
+        camera: Optional[int] = None,
+        frame: Optional[int] = None,
+    ) -> TimingRowsAnswer:
+        """How late each row of a frame left, half a second after the frame has ended: `row_lateness_us` of the file
+        of `obscurad --timing`.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        frame: Number of the frame, one of the newest 1024, that of the latest acquisition which has one; 0: the
+            newest (0 to 9e15; default 0)
+        """
+        head, _ = self._ask("timing.rows", camera=camera, frame=frame)
+        return cast(TimingRowsAnswer, head)
 
     def device_features(
         self,

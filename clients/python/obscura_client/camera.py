@@ -123,6 +123,10 @@ class Camera(Session):
         """Time stamps of the newest frames: `columns`, `rows` (oldest first), `last`, which is `after` of the next request."""
         return self.call("timing", camera=self.camera, after=after, most=most)
 
+    def timing_rows(self, frame: int = 0) -> Dict[str, Any]:
+        """How late each row of a frame left: `lateness_us`, None for a row that did not leave. 0: the newest frame that has ended."""
+        return self.call("timing.rows", camera=self.camera, frame=frame)
+
     def probe(self, x: int, y: int, frame: int = 0) -> Dict[str, Any]:
         """One pixel of the newest frame, or of a `frame` that is still kept: `dn`, `electrons`, `irradiance_w_m2` and of `bands`, and
         what its centre shows: `body`, `range_m`, latitude, longitude, incidence, emission and phase. The first one loads the scene."""

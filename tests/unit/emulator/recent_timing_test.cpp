@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <vector>
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -183,4 +184,30 @@ TEST_CASE("frames that transports may still send are there early, and only once"
     CHECK(recent.rows(0, 9, true).rows.back() == recent.rows(6, 1, true).rows.front());
     take(99);
     CHECK(ids(0, 9, true) == Ids{4, 5, 6, 7});
+}
+
+TEST_CASE("the lateness of the rows of a frame is kept, of the latest acquisition that has its number") {
+    TimingLog log;
+    log.keep_rows(4);
+    RecentTiming recent(log, 3);
+    CHECK_FALSE(recent.row_lateness(0));
+    for (std::uint32_t n = 1; n <= 5; ++n) {
+        FrameTiming t;
+        t.frame_id = n % 3; // 1, 2, 0, 1, 2
+        t.facts.acquisition = 1 + n / 3;
+        t.row_lateness_us = log.next_rows(3);
+        t.row_lateness_us[0] = static_cast<std::int32_t>(10 * n);
+        t.row_lateness_us[1] = 0;
+        log.push(t);
+        log.drain([&](const FrameTiming& frame) { recent.note(frame); });
+    }
+    const auto newest = recent.row_lateness(0);
+    REQUIRE(newest);
+    CHECK(newest->frame_id == 2);
+    CHECK(newest->acquisition == 2);
+    CHECK(newest->us == std::vector<std::int32_t>{50, 0, FrameTiming::not_released});
+    const auto other = recent.row_lateness(1);
+    REQUIRE(other);
+    CHECK(other->us.front() == 40);
+    CHECK_FALSE(recent.row_lateness(7));
 }

@@ -29,6 +29,8 @@ public final class SceneDescribe extends Call<SceneDescribe.Result> {
      * @param file Its file
      * @param sceneTime Clock that it follows: daemon.scene_time
      * @param dated Whether scene time 0 has a date
+     * @param trajectoryS Scene times of the points of trajectories in the scene, increasing, the first 1000 (array of
+     *     numbers; s)
      * @param sun shines; moves
      * @param camera As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg,
      *     across and down, without distortion
@@ -38,14 +40,15 @@ public final class SceneDescribe extends Call<SceneDescribe.Result> {
      * @param lamps As bodies, without shape and material
      * @param simulator listen, connections, poses, steps, refused; nil: nobody can send poses
      */
-    public record Result(String name, String file, String sceneTime, Boolean dated, Map<String, Object> sun,
-            Map<String, Object> camera, List<Map<String, Object>> bodies, List<Map<String, Object>> lamps,
-            Map<String, Object> simulator) {}
+    public record Result(String name, String file, String sceneTime, Boolean dated, List<Double> trajectoryS,
+            Map<String, Object> sun, Map<String, Object> camera, List<Map<String, Object>> bodies,
+            List<Map<String, Object>> lamps, Map<String, Object> simulator) {}
 
     @Override
     public Result read(Map<String, Object> head) {
         return new Result((String) head.get("name"), (String) head.get("file"), (String) head.get("scene_time"),
-                (Boolean) head.get("dated"), map(head.get("sun")), map(head.get("camera")),
-                maps(head.get("bodies")), maps(head.get("lamps")), map(head.get("simulator")));
+                (Boolean) head.get("dated"), numbers(head.get("trajectory_s")), map(head.get("sun")),
+                map(head.get("camera")), maps(head.get("bodies")), maps(head.get("lamps")),
+                map(head.get("simulator")));
     }
 }
