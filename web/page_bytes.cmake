@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes OUTPUT, a C++ file with the content of each of FILES, as it is and by GZIP, the program: paths below FOLDER, or NAME|FILE for a
+# Writes OUTPUT, a C++ file with the content of each of FILES, plain and by GZIP, the program: paths below FOLDER, or NAME|FILE for a
 # file of elsewhere.
 # The page is that of index.html; it names the others below a folder that is a hash of all of them.
 cmake_minimum_required(VERSION 3.25)
@@ -17,6 +17,17 @@ macro(find_source entry)
     list(GET path 1 path)
 endmacro()
 
+# Own scripts and styles go without comments at line starts and without indentation, by which the page is an eighth lighter; the first
+# line, with the licence, stays.
+function(read_lighter path result)
+    file(READ "${path}" text)
+    string(REGEX REPLACE "\n[ \t]+" "\n" text "${text}")
+    string(REGEX REPLACE "\n/\\*[^*]*(\\*+[^*/][^*]*)*\\*+/" "" text "${text}")
+    string(REGEX REPLACE "\n//[^\n]*" "" text "${text}")
+    string(REGEX REPLACE "\n\n+" "\n" text "${text}")
+    set(${result} "${text}" PARENT_SCOPE)
+endfunction()
+
 set(hashes "")
 foreach(entry IN LISTS FILES)
     find_source("${entry}")
@@ -33,6 +44,10 @@ foreach(entry IN LISTS FILES)
         file(READ "${path}" text)
         string(REGEX REPLACE "(href|src)=\"" "\\1=\"${version}/" text "${text}")
         set(path "${OUTPUT}.index.html")
+        file(WRITE "${path}" "${text}")
+    elseif(file MATCHES "^[a-z_]+\\.(js|css)$")
+        read_lighter("${path}" text)
+        set(path "${OUTPUT}.lighter")
         file(WRITE "${path}" "${text}")
     endif()
     # Without name and time, so that the same files make the same program.
@@ -54,7 +69,7 @@ foreach(entry IN LISTS FILES)
     string(APPEND rows "    {\"/${name}\", \"${type_${ending}}\", std::string_view(\"${bytes}\", ${bytes_size}),\n"
         "     std::string_view(\"${zipped}\", ${zipped_size}), \"${hash}\"},\n")
 endforeach()
-file(REMOVE "${OUTPUT}.gz" "${OUTPUT}.index.html")
+file(REMOVE "${OUTPUT}.gz" "${OUTPUT}.index.html" "${OUTPUT}.lighter")
 file(WRITE "${OUTPUT}" "// Made by page_bytes.cmake.
 #include \"web/page_files.hpp\"
 

@@ -307,6 +307,10 @@ class PageDouble:
             after = int(query.get("after", 0))
             rows = self.timing[after:][:int(query.get("most", 64))]
             say({"columns": self.TIMING_COLUMNS, "rows": rows, "last": after + len(rows)})
+        elif path == "timing/rows":
+            row = next(r for r in self.timing if r[0] == int(query["frame"]))
+            worst, at = row[self.TIMING_COLUMNS.index("worst_row_ns")] // 1000, row[self.TIMING_COLUMNS.index("worst_row")]
+            say({"frame": row[0], "acquisition": 1, "lateness_us": [worst if r == at else r % 3 for r in range(HEIGHT)]})
         elif path == "faults":
             wrong = next((k for k, r in enumerate((body or {}).get("rules", [])) if not 0 <= r.get("percent", 100) <= 100), None)
             if wrong is not None:
@@ -365,7 +369,7 @@ class PageDouble:
     def describe(self, say):
         def placed(name, parent="", **more):
             return {"name": name, "parent": parent, "motion": "trajectory", "source": "scene", "poses_received": 0, "newest_pose_s": None, **more}
-        say({"name": "", "file": "/usr/share/obscura/scenes/demo.toml", "scene_time": "nominal", "dated": True, "sun": {"shines": True, "moves": False},
+        say({"name": "", "file": "/usr/share/obscura/scenes/demo.toml", "scene_time": "nominal", "dated": True, "trajectory_s": [0, 2.5, 4], "sun": {"shines": True, "moves": False},
              "camera": {**placed("camera"), "source": "simulator", "poses_received": 118, "newest_pose_s": 23.5, "width": WIDTH, "height": HEIGHT, "focal_length_m": 0.8, "projection": "pinhole",
                         "field_of_view_deg": [WIDTH * self.pixel_deg, HEIGHT * self.pixel_deg]},
              "bodies": [placed("asteroid", shape="sphere", material="hapke", motion="fixed, spinning"), placed("lander", "asteroid", shape="mesh", material="lambert")],

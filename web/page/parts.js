@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts that several screens use: tables of names and numbers, notes, histograms and line plots with their tables.
+// Parts that several screens use: tables of names and numbers, notes, buttons, histograms with their tables.
 import {html, useEffect, useRef, useState} from "./vendor/preact-htm.js";
 import {copy, useCommand} from "./api.js";
 import {count, quantile, span} from "./format.js";
@@ -68,44 +68,4 @@ export function figuresOf(values, bounds) {
   let at = 0;
   const upTo = bounds.map((bound) => { while (at < sorted.length && sorted[at] <= bound) ++at; return at; });
   return {count: sorted.length, up_to: upTo, p50: quantile(sorted, 0.5), p99: quantile(sorted, 0.99), max: sorted.at(-1)};
-}
-
-const WIDTH = 900, HEIGHT = 220, LEFT = 62, RIGHT = 8, TOP = 8, BOTTOM = 22;
-
-/** Lines over whole numbers, times on a logarithmic scale. `x`: numbers in increasing order; `lines`: [{name, us: [number or null]}].
- *  `title` and a table of `lines` describe it to those who do not see it. */
-export function TimePlot({title, x, lines}) {
-  const values = lines.flatMap((line) => line.us).filter((us) => us > 0);
-  if (x.length < 2 || !values.length) return html`<p class="note">No frames yet.</p>`;
-  const low = Math.floor(Math.log10(Math.min(...values))), high = Math.max(low + 1, Math.ceil(Math.log10(Math.max(...values))));
-  const first = x[0], last = x.at(-1);
-  const px = (v) => LEFT + (WIDTH - LEFT - RIGHT) * (v - first) / Math.max(1, last - first);
-  const py = (us) => TOP + (HEIGHT - TOP - BOTTOM) * (high - Math.log10(Math.max(us, 10 ** low))) / (high - low);
-  const decades = Array.from({length: high - low + 1}, (_, k) => low + k);
-  return html`<figure class="timeplot">
-    <svg viewBox=${`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label=${`${title}, frames ${first} to ${last}; the table below has the figures`}>
-      ${decades.map((d) => html`<line x1=${LEFT} x2=${WIDTH - RIGHT} y1=${py(10 ** d)} y2=${py(10 ** d)} />
-        <text x=${LEFT - 6} y=${py(10 ** d) + 4} text-anchor="end">${span(10 ** d)}</text>`)}
-      <text x=${LEFT} y=${HEIGHT - 5}>frame ${first}</text><text x=${WIDTH - RIGHT} y=${HEIGHT - 5} text-anchor="end">${last}</text>
-      ${lines.map((line, k) => {
-        let path = "", pen = false;
-        line.us.forEach((us, i) => {
-          if (us === null || us === undefined || Number.isNaN(us)) { pen = false; return; }
-          path += `${pen ? "L" : "M"}${px(x[i]).toFixed(1)} ${py(us).toFixed(1)}`;
-          pen = true;
-        });
-        return html`<path class=${`line line-${k}`} d=${path} />`;
-      })}
-    </svg>
-    <figcaption class="legend">${lines.map((line, k) => html`<span key=${line.name}><svg class="key" viewBox="0 0 24 8" aria-hidden="true"><path class=${`line line-${k}`} d="M0 4L24 4" /></svg>${line.name}</span>`)}</figcaption>
-  </figure>`;
-}
-
-/** Quantiles of each line of a TimePlot. */
-export function SpanTable({lines}) {
-  const shown = lines.map((line) => ({name: line.name, sorted: line.us.filter((us) => us !== null && us !== undefined).sort((a, b) => a - b)}));
-  return html`<table class="grid"><thead><tr><th scope="col">stage</th>${["frames", "p50", "p90", "p99", "max"].map((t) =>
-    html`<th scope="col" class="number">${t}</th>`)}</tr></thead>
-    <tbody>${shown.map(({name, sorted}) => html`<tr key=${name}><th scope="row">${name}</th><td class="number">${count(sorted.length)}</td>
-      ${[0.5, 0.9, 0.99, 1].map((share) => html`<td class="number">${span(quantile(sorted, share))}</td>`)}</tr>`)}</tbody></table>`;
 }

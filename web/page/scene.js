@@ -58,7 +58,7 @@ function Choice({camera, may, scenes}) {
 }
 
 /** Steps of a camera in lockstep. */
-function Steps({camera}) {
+function Steps({camera, points}) {
   const [time, setTime] = useState(0), [by, setBy] = useState(0.1), [done, setDone] = useState(null), command = useCommand();
   const go = (to) => command.run(async () => {
     const told = await askJson(cameraPath(camera.id, "step"), {method: "POST", body: {time_s: to}});
@@ -66,12 +66,14 @@ function Steps({camera}) {
     setTime(to);
     return `Frame ${told.frame} of ${figure(to, 9)} s: ${told.outcome}, ${told.late_rows} late rows.`;
   });
+  const next = points.find((s) => done === null || s > done);
   return html`<h3>Scene time</h3><p class="small">In lockstep the scene stands still between steps, and goes forward only.${done !== null ? ` It is at ${figure(done, 9)} s.` : ""}</p>
     <form class="buttons" onSubmit=${(e) => { e.preventDefault(); go(time); }}>
       <label>by, s <input id="step-by" type="number" min="0.000001" step="any" value=${by} onInput=${(e) => setBy(Number(e.target.value))} /></label>
       <button type="button" disabled=${command.busy || !(by > 0)} onClick=${() => go((done ?? 0) + by)}>step</button>
       <label>to, s <input id="step-to" type="number" min="0" step="any" value=${time} onInput=${(e) => setTime(Number(e.target.value))} /></label>
-      <button type="submit" disabled=${command.busy}>go</button></form><${Said} of=${command} />`;
+      <button type="submit" disabled=${command.busy}>go</button>
+      ${points.length > 0 && html`<button type="button" disabled=${command.busy || next === undefined} title=${next === undefined ? "there is none after this time" : `${figure(next, 9)} s`} onClick=${() => go(next)}>next trajectory point</button>`}</form><${Said} of=${command} />`;
 }
 
 const AXES = ["x", "y", "z"], QUATERNION = ["w", "x", "y", "z"];
@@ -112,7 +114,7 @@ export function Scene({camera, may, daemon}) {
     <section class="panel" aria-labelledby="s-time"><h2 id="s-time">Simulator</h2>
       ${!tree ? html`<${Note} error=${described.error}>Waiting for the daemon ...<//>` : tree.simulator ? html`<${Facts} label="Simulator" bad=${["lines refused"]} rows=${[["listens at", tree.simulator.listen],
           ["connections", tree.simulator.connections], ["poses taken", tree.simulator.poses], ["steps", tree.simulator.steps], ["lines refused", tree.simulator.refused]]} />
-        ${may.operate && html`${lockstep ? html`<${Steps} camera=${camera} />` : html`<p class="small">Steps need trigger.source = "lockstep".</p>`}
+        ${may.operate && html`${lockstep ? html`<${Steps} camera=${camera} points=${tree.trajectory_s ?? []} />` : html`<p class="small">Steps need trigger.source = "lockstep".</p>`}
           <${PoseForm} camera=${camera} names=${["camera", ...tree.bodies.map((b) => b.name), ...tree.lamps.map((l) => l.name)]} />`}`
         : html`<p class="note">Nobody can move this scene or step it: simulator.enabled is off. It goes on with each frame; stopping the acquisition holds it.</p>`}</section></div>
     <section class="panel" aria-labelledby="s-map"><h2 id="s-map">Map${there ? ` at frame ${there.frame}` : ""}</h2>

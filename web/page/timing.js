@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Screen Timing: stages of the latest frames, latency histograms, row lateness, worst frames, missed triggers.
-import {html, useRef} from "./vendor/preact-htm.js";
+import {html, useRef, useState} from "./vendor/preact-htm.js";
 import {askJson, cameraPath, save, useRepeated} from "./api.js";
 import {count, duration, span, words} from "./format.js";
-import {Facts, Histogram, Note, SpanTable, TimePlot, figuresOf} from "./parts.js";
+import {Facts, Histogram, Note, figuresOf} from "./parts.js";
+import {SpanTable, TimePlot} from "./time_plot.js";
 import {countsSince, histogramSince, markOf, rowsSince, useMark} from "./timing_marks.js";
 import {WorstFrames, between} from "./timing_worst.js";
 
-const PERIOD_MS = 1000, MOST = 600, AT_ONCE = 256;
+const PERIOD_MS = 1000, ONCE_MS = 3600000, MOST = 600, AT_ONCE = 256;
 const STAGES = [["trigger seen", "seen_ns"], ["pose taken", "pose_ns"], ["rendered", "render_end_ns"], ["detected", "detector_end_ns"], ["first row", "first_ns"], ["last row", "last_ns"]];
 const COUNTED = {trigger_to_first_row: "Trigger to first row", trigger_to_last_row: "Trigger to last row", release_lateness: "Release lateness"};
 /** The newest frames of the latest acquisition: {columns, rows}. `last` counts the frames of all acquisitions, since ids begin anew. */
@@ -55,7 +56,20 @@ export function traceOf({columns, rows}) {
   return {displayTimeUnit: "ns", traceEvents: events};
 }
 
+/** Row lateness of a frame that was chosen in a plot or among the worst ones. */
+function RowsOf({camera, frame, choose}) {
+  const {value, error} = useRepeated(() => askJson(cameraPath(camera.id, `timing/rows?frame=${frame}`)), ONCE_MS, frame);
+  const us = value?.lateness_us ?? [], left = us.filter((one) => one !== null);
+  const latest = left.length ? us.indexOf(left.reduce((a, b) => Math.max(a, b))) : null;
+  return html`<section class="panel" aria-labelledby="t-of"><div class="headed"><h2 id="t-of">Rows of frame ${frame}, after their times</h2><button onClick=${() => choose(null)}>close</button></div>
+    <${Note} error=${value ? null : error} />
+    ${value && html`<${Facts} label="Rows" rows=${[["rows that left", `${count(left.length)} of ${count(us.length)}`], ["a microsecond late, or more", left.filter((one) => one >= 1).length],
+      ["a millisecond, or more", left.filter((one) => one >= 1000).length], ["latest row", latest === null ? "none" : `${latest}, ${span(us[latest])}`]]} />
+      ${left.some((one) => one > 0) && html`<${TimePlot} title="Lateness of each row" x=${us.map((_, row) => row)} lines=${[{name: "row", us}]} of="row" />`}`}</section>`;
+}
+
 function Frames({timing, bounds, camera, marked}) {
+  const [chosen, choose] = useState(null);
   const at = Object.fromEntries(timing.columns.map((name, k) => [name, k]));
   const since = (row, column) => {
     const ns = row[at[column]], edge = row[at.edge_ns];
@@ -68,15 +82,17 @@ function Frames({timing, bounds, camera, marked}) {
   const lateness = "worst_row_ns" in at ? timing.rows.map((row) => row[at.worst_row_ns] / 1e3) : [];
   return html`
     <section class="panel" aria-labelledby="t-stages"><h2 id="t-stages">After the trigger edge, ${marked ? `${count(timing.rows.length)} frames since the mark` : `last ${count(timing.rows.length)} frames`}</h2>
-      <${TimePlot} title="Time from the trigger edge to each stage" x=${x} lines=${stages} />
+      <${TimePlot} title="Time from the trigger edge to each stage" x=${x} lines=${stages} choose=${choose} />
       <${SpanTable} lines=${stages} />
       <div class="buttons"><button onClick=${() => save(csvOf(timing), `timing_${camera.id}.csv`)}>CSV of these frames</button>
         <button title="JSON for Perfetto or chrome://tracing" onClick=${() => save(new Blob([JSON.stringify(traceOf(timing))], {type: "application/json"}), `trace_${camera.id}.json`)}>trace events</button></div></section>
     <section class="panel" aria-labelledby="t-rows"><h2 id="t-rows">Latest row of each frame, after its time</h2>
-      <${TimePlot} title="Lateness of the latest row" x=${x} lines=${[{name: "latest row", us: lateness}]} />
+      <${TimePlot} title="Lateness of the latest row" x=${x} lines=${[{name: "latest row", us: lateness}]} choose=${choose} />
+      <p class="small">A click on a frame, or Enter, shows its rows.</p>
       <${SpanTable} lines=${[{name: "latest row", us: lateness}]} />
       <${Histogram} title="Latest row, these frames" figures=${figuresOf(lateness, bounds)} bounds=${bounds} /></section>
-    <${WorstFrames} timing=${timing} />`;
+    ${chosen !== null && html`<${RowsOf} camera=${camera} frame=${chosen} choose=${choose} />`}
+    <${WorstFrames} timing=${timing} choose=${choose} />`;
 }
 
 /** State of the trigger's clock, and of the machine's by PTP where the daemon watches that. */

@@ -39,13 +39,14 @@ export function worstOf({columns, rows}) {
   }).sort((a, b) => b.late_us - a.late_us || b.of("worst_row_ns") - a.of("worst_row_ns")).slice(0, WORST);
 }
 
-export function WorstFrames({timing}) {
+/** `choose(frame)`: shows its rows. */
+export function WorstFrames({timing, choose}) {
   const worst = worstOf(timing);
   return html`<section class="panel wide" aria-labelledby="t-worst"><h2 id="t-worst">Worst frames</h2>
     ${worst.length ? html`<table class="grid"><thead><tr><th scope="col" class="number">frame</th><th scope="col" class="number">late by</th><th scope="col" class="number">late rows</th>
       <th scope="col" class="number">stalled rows</th><th scope="col" class="number">latest row</th><th scope="col" class="number">after its time</th><th scope="col" class="number">edge to last row</th>
       <th scope="col">made late by</th><th scope="col">flags</th></tr></thead>
-    <tbody>${worst.map(({of, late_us}) => html`<tr key=${of("frame_id")}><th scope="row" class="number">${of("frame_id")}</th><td class="number">${span(late_us)}</td>
+    <tbody>${worst.map(({of, late_us}) => html`<tr key=${of("frame_id")}><th scope="row" class="number"><button class="mini" title="shows its rows" onClick=${() => choose(of("frame_id"))}>${of("frame_id")}</button></th><td class="number">${span(late_us)}</td>
       <td class="number">${count(of("late_rows"))}</td><td class="number">${count(of("stalled_rows"))}</td><td class="number">${of("worst_row")}</td><td class="number">${span(of("worst_row_ns") / 1e3)}</td>
       <td class="number">${span(of("last_ns") ? between(of("last_ns"), of("edge_ns")) : null)}</td><td>${causeOf(of)}</td><td>${reasons(of("flags"))}</td></tr>`)}</tbody></table>`
     : html`<p class="note">No frames yet.</p>`}</section>`;
