@@ -2,8 +2,8 @@
 #include "transports/gige/settings.hpp"
 
 #include "config/document.hpp"
+#include "core/address_range.hpp"
 #include "core/error.hpp"
-#include "transports/gige/control/source_policy.hpp"
 #include "transports/gige/device/preset_check.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
@@ -64,7 +64,7 @@ void check(const GigeSettings& s, const config::ReadTable& table) {
         table.refuse("heartbeat_timeout_ms", fmt::format("{} is above heartbeat_timeout_max_ms, {}",
                                                          s.heartbeat_timeout_ms, s.heartbeat_timeout_max_ms));
     check_interface(table, s);
-    table.refuse_if_thrown("allow", [&] { (void)parse_ranges(s.allow); });
+    table.refuse_if_thrown("allow", [&] { (void)parse_address_ranges(s.allow); });
     if (s.xml.empty()) return;
     if (const std::string why = explain_invalid_xml(s.xml); !why.empty())
         table.refuse("xml", why);

@@ -43,7 +43,7 @@ struct GigeSettings {
     /// when the camera sends faster than they read; they are made for a gigabit link. 0: no limit.
     double throughput_limit_mbit_s = 1000;
     SendBackend backend = SendBackend::sendmmsg;
-    /// Hosts whose requests are answered, see parse_ranges(); empty: all on the link.
+    /// Hosts whose requests are answered, see parse_address_ranges(); empty: all on the link.
     std::string allow;
     bool off_link = false;  ///< also answer sources behind a router
     bool read_only = false; ///< no client gets control

@@ -795,9 +795,6 @@ TEST_CASE("Unknown senders get no answer, known ones their share of answers") {
     listed.allow = "192.168.7.4/31";
     CHECK(Bench::status(Bench(listed).send(b.datagram(0x02, {}), alice)) == ok);
     CHECK(Bench::status(Bench(listed).send(b.datagram(0x02, {}), bob)) == silence);
-    CHECK(parse_ranges(" 10.0.0.1,10.1.0.0/16 ,").size() == 2);
-    CHECK_THROWS_AS(parse_range("192.168.7"), ConfigError);
-    CHECK_THROWS_AS(parse_range("192.168.7.0/33"), ConfigError);
     GigeSettings quiet;
     quiet.read_only = true;
     Bench reader(quiet);

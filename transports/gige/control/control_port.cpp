@@ -16,7 +16,7 @@ ControlPort::ControlPort(Device& device, const GigeSettings& settings, const Net
                          ControlListener* listener)
     : device_(device),
       network_(network),
-      policy_(network, parse_ranges(settings.allow), settings.off_link),
+      policy_(network, parse_address_ranges(settings.allow), settings.off_link),
       read_only_(settings.read_only),
       listener_(listener),
       heartbeat_reset_ms_(static_cast<std::uint32_t>(settings.heartbeat_timeout_ms)),

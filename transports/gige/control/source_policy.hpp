@@ -2,25 +2,15 @@
 // Access by source address, and rate limit of answers against amplification by spoofed requests.
 #pragma once
 
+#include "core/address_range.hpp"
 #include "core/time.hpp"
 #include "transports/gige/channels/network_interface.hpp"
 
 #include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace obscura::transports::gige {
-
-/// An address range, "192.168.7.0/24" or one address.
-struct AddressRange {
-    std::uint32_t address = 0, mask = 0xFFFFFFFF;
-    [[nodiscard]] bool contains(std::uint32_t ip) const noexcept { return (ip & mask) == (address & mask); }
-};
-/// Throws ConfigError with one line that names no key.
-[[nodiscard]] AddressRange parse_range(const std::string& text);
-/// "192.168.7.0/24, 192.168.8.4": separated by commas, blanks are ignored. Throws as parse_range() does.
-[[nodiscard]] std::vector<AddressRange> parse_ranges(const std::string& list);
 
 /// Sources off the link, and those missing in a given allow-list, are ignored. Answers longer than their
 /// request (DISCOVERY 32 times, READMEM 34 times) are limited by a token bucket per source, so that spoofed
