@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Main program obscura-instrument: the cameras of a daemon as an instrument of a test bench.
+#include "core/address_range.hpp"
 #include "core/error.hpp"
 #include "core/terminal_text.hpp"
 #include "emulator/service_notify.hpp"
+#include "instrument/admission.hpp"
 #include "instrument/daemon_finder.hpp"
 #include "instrument/lxi/server.hpp"
 #include "instrument/packets/descriptions.hpp"
@@ -36,7 +38,7 @@ struct Options {
     DaemonAddress daemon;
     std::string socket;
     std::string scpi = "127.0.0.1:5025", scpi_view, describe;
-    std::string telemetry, telecommands, lxi;
+    std::string telemetry, telecommands, lxi, allow;
     std::uint32_t apid = 256;
     bool insecure = false, version = false;
 };
@@ -67,14 +69,17 @@ tools::CommandLine declare(Options& options) {
     line.option("--lxi", &options.lxi, "ADDRESS:PORT",
                 "Serve the LXI identification over HTTP here, at /lxi/identification");
     line.number("--apid", &options.apid, "N", "First of the four APIDs of the packets", 1, 2036);
+    line.option("--allow", &options.allow, "LIST",
+                "Other machines that may come, like 192.168.7.20,192.168.8.0/24: with it the ports may be of "
+                "other addresses than the loopback interface's");
     line.flag("--insecure", options.insecure,
-              "Allow addresses that are not of the loopback interface: whoever can reach them may do what "
-              "they allow");
+              "Allow those addresses without a list: whoever can reach them may do what they allow");
     line.option("--describe", &options.describe, "WHAT", "Print a description and end").choices = {
         "scpi", "packets", "xtce", "cosmos-telemetry", "cosmos-commands"};
     line.flag("--version", options.version, "Print the version and end");
     line.examples = {"obscura-instrument",
                      "obscura-instrument --control 127.0.0.1:5153 --scpi 127.0.0.1:5025",
+                     "obscura-instrument --scpi 192.168.7.5:5025 --allow 192.168.7.20",
                      "echo '*IDN?' | nc -N 127.0.0.1 5025"};
     return line;
 }
@@ -84,16 +89,27 @@ bool is_loopback(const std::string& address) {
 }
 
 void check_reach(const Options& options, const char* option, const std::string& address) {
-    if (is_loopback(address) || options.insecure) return;
+    if (is_loopback(address) || options.insecure || !options.allow.empty()) return;
     throw ConfigError(fmt::format(
-        "obscura-instrument: {} {}: not of the loopback interface, and there are no passwords. Use a "
-        "tunnel (ssh -L 5025:127.0.0.1:5025 HOST), or --insecure in a laboratory network of its own",
+        "obscura-instrument: {} {}: not of the loopback interface, and there are no passwords. Name the "
+        "machines that may come (--allow 192.168.7.20), or use a tunnel (ssh -L 5025:127.0.0.1:5025 HOST)",
         option, address));
+}
+
+/// Throws UsageError.
+Admission admission_of(const Options& options) {
+    try {
+        std::vector<AddressRange> allowed = parse_address_ranges(options.allow);
+        if (allowed.empty() && !options.allow.empty()) throw ConfigError("it names no address");
+        return Admission(std::move(allowed));
+    } catch (const ConfigError& error) {
+        throw tools::UsageError(fmt::format("obscura-instrument: --allow: {}", error.what()));
+    }
 }
 
 service::Listener listen(const Options& options, const char* option, const std::string& address) {
     check_reach(options, option, address);
-    service::Listener listener = service::Listener::tcp(address, options.insecure);
+    service::Listener listener = service::Listener::tcp(address, !is_loopback(address));
     fmt::print("{} {}\n", option + 2, listener.address());
     return listener;
 }
@@ -104,6 +120,7 @@ std::uint16_t port_of(const service::Listener& listener) {
 }
 
 int serve(const Options& options) {
+    const Admission admission = admission_of(options);
     std::vector<ScpiPort> ports;
     if (options.scpi != "off") ports.push_back({listen(options, "--scpi", options.scpi), true});
     if (!options.scpi_view.empty())
@@ -111,20 +128,20 @@ int serve(const Options& options) {
     std::optional<LxiServer> lxi;
     if (!options.lxi.empty())
         lxi.emplace(listen(options, "--lxi", options.lxi), OBSCURA_VERSION,
-                    ports.empty() ? std::uint16_t{0} : port_of(ports.front().listener));
+                    ports.empty() ? std::uint16_t{0} : port_of(ports.front().listener), admission);
     std::optional<PacketService> packets;
     if (!options.telemetry.empty() || !options.telecommands.empty()) {
         if (!options.telecommands.empty()) check_reach(options, "--telecommands", options.telecommands);
         packets.emplace(
             PacketOptions{options.telemetry, options.telecommands, static_cast<std::uint16_t>(options.apid)},
-            options.daemon);
+            options.daemon, admission);
         if (!packets->telecommand_address().empty())
             fmt::print("telecommands {}\n", packets->telecommand_address());
     }
     if (ports.empty() && !packets)
         throw tools::UsageError("obscura-instrument: --scpi off: nothing is left to do");
     std::fflush(stdout);
-    ScpiServer server(ScpiLimits{}, options.daemon, OBSCURA_VERSION, std::move(ports));
+    ScpiServer server(ScpiLimits{}, options.daemon, OBSCURA_VERSION, std::move(ports), admission);
     std::vector<std::jthread> others; // they end with this function, however it ends
     const auto beside = [&others](auto& service) {
         others.emplace_back([&service](const std::stop_token& stop) {

@@ -27,14 +27,18 @@ std::string host_name() {
 
 } // namespace
 
-LxiServer::LxiServer(service::Listener listener, std::string version, std::uint16_t scpi_port)
-    : listener_(std::move(listener)), version_(std::move(version)), scpi_port_(scpi_port) {}
+LxiServer::LxiServer(service::Listener listener, std::string version, std::uint16_t scpi_port,
+                     const Admission& admission)
+    : listener_(std::move(listener)),
+      version_(std::move(version)),
+      scpi_port_(scpi_port),
+      admission_(admission) {}
 
 void LxiServer::accept() {
     FileDescriptor socket = listener_.accept();
     // Without a descriptor for it the client waits on: not to be tried without a pause.
     if (!socket) std::this_thread::sleep_for(std::chrono::milliseconds(look_ms / 4));
-    if (socket && clients_.size() < most_clients)
+    if (socket && admission_.admits_peer(socket.get(), "LXI") && clients_.size() < most_clients)
         clients_.push_back({std::move(socket), {}, Clock::now() + patience});
 }
 

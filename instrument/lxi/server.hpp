@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "instrument/admission.hpp"
 #include "service/listener.hpp"
 
 #include <chrono>
@@ -21,8 +22,9 @@ public:
     static constexpr std::size_t most_head_bytes = 4096;
     static constexpr std::chrono::seconds patience{2}; ///< for the head of a request
 
-    /// `scpi_port`: that the document names; 0: none.
-    LxiServer(service::Listener listener, std::string version, std::uint16_t scpi_port);
+    /// `scpi_port`: that the document names; 0: none. `admission` outlives this.
+    LxiServer(service::Listener listener, std::string version, std::uint16_t scpi_port,
+              const Admission& admission);
 
     /// Serves until `stopped` returns true, which is asked five times a second.
     void run(const std::function<bool()>& stopped);
@@ -40,6 +42,7 @@ private:
     service::Listener listener_;
     const std::string version_;
     const std::uint16_t scpi_port_;
+    const Admission& admission_;
     std::vector<Client> clients_;
 };
 

@@ -77,8 +77,9 @@ CommandResult result_of(const LinkError& error) {
 
 } // namespace
 
-PacketService::PacketService(const PacketOptions& options, DaemonAddress daemon)
+PacketService::PacketService(const PacketOptions& options, DaemonAddress daemon, const Admission& admission)
     : first_apid_(options.first_apid),
+      admission_(admission),
       link_(daemon),
       commanded_(std::move(daemon)),
       commands_(commanded_, "telecommand"),
@@ -152,6 +153,7 @@ void PacketService::take_commands() {
         const ssize_t got = ::recvfrom(receiver_.get(), buffer.data(), buffer.size(), MSG_TRUNC,
                                        reinterpret_cast<sockaddr*>(&from), &from_bytes);
         if (got < 0) return;
+        if (!admission_.admits(ntohl(from.sin_addr.s_addr), "telecommand")) continue;
         commands_.set_peer(host_of(from));
         const auto size = static_cast<std::size_t>(got);
         take(size <= buffer.size() ? std::span<const std::uint8_t>(buffer).first(size)

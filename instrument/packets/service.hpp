@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "instrument/admission.hpp"
 #include "instrument/daemon_link.hpp"
 #include "instrument/packets/frame_reports.hpp"
 #include "instrument/packets/telemetry.hpp"
@@ -27,8 +28,9 @@ struct PacketOptions {
 /// Thread-bound.
 class PacketService {
 public:
-    /// Throws Error (exit_usage) for what is no address, HardwareError if it cannot be used.
-    PacketService(const PacketOptions& options, DaemonAddress daemon);
+    /// `admission`: of telecommands; outlives this. Throws Error (exit_usage) for what is no address,
+    /// HardwareError if it cannot be used.
+    PacketService(const PacketOptions& options, DaemonAddress daemon, const Admission& admission);
     PacketService(const PacketService&) = delete;
     PacketService& operator=(const PacketService&) = delete;
 
@@ -51,6 +53,7 @@ private:
     [[nodiscard]] std::int64_t tai_now() const;
 
     const std::uint16_t first_apid_;
+    const Admission& admission_;
     std::string telecommand_address_;
     FileDescriptor sender_, receiver_;
     /// Of telemetry. Not that of telecommands, which may connect to another daemon unnoticed.

@@ -49,8 +49,12 @@ bool send_all(int socket, std::string_view bytes, std::chrono::seconds patience,
 } // namespace
 
 ScpiServer::ScpiServer(const ScpiLimits& limits, DaemonAddress daemon, std::string version,
-                       std::vector<ScpiPort> ports)
-    : limits_(limits), daemon_(std::move(daemon)), version_(std::move(version)), ports_(std::move(ports)) {}
+                       std::vector<ScpiPort> ports, const Admission& admission)
+    : limits_(limits),
+      daemon_(std::move(daemon)),
+      version_(std::move(version)),
+      ports_(std::move(ports)),
+      admission_(admission) {}
 
 ScpiServer::~ScpiServer() {
     ending_ = true;
@@ -105,8 +109,9 @@ void ScpiServer::accept(const ScpiPort& port) {
         std::this_thread::sleep_for(std::chrono::milliseconds(look_ms / 4));
         return;
     }
+    if (!admission_.admits_peer(socket.get(), "SCPI")) return; // closes it
     bury(false);
-    if (clients_.size() >= limits_.clients) return; // closes it
+    if (clients_.size() >= limits_.clients) return;
     const int on = 1;
     ::setsockopt(socket.get(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
     auto client = std::make_unique<Client>();

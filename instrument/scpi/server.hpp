@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "instrument/admission.hpp"
 #include "instrument/daemon_link.hpp"
 #include "instrument/scpi/commands.hpp"
 #include "service/listener.hpp"
@@ -36,9 +37,9 @@ struct ScpiPort {
 /// Thread-bound.
 class ScpiServer {
 public:
-    /// `version`: of this program.
+    /// `version`: of this program. `admission` outlives this.
     ScpiServer(const ScpiLimits& limits, DaemonAddress daemon, std::string version,
-               std::vector<ScpiPort> ports);
+               std::vector<ScpiPort> ports, const Admission& admission);
     /// Ends all clients, after at most the longest silence of a daemon.
     ~ScpiServer();
     ScpiServer(const ScpiServer&) = delete;
@@ -63,6 +64,7 @@ private:
     const std::string version_;
     const CommandTable table_;
     std::vector<ScpiPort> ports_;
+    const Admission& admission_;
     std::atomic<bool> ending_{false};
     std::vector<std::unique_ptr<Client>> clients_;
 };

@@ -9,10 +9,13 @@ Exit status 1 if a check failed, 77 without numpy.
 import os
 import pathlib
 import random
+import re
+import shutil
 import socket
 import subprocess
 import sys
 import tempfile
+import textwrap
 import time
 import urllib.request
 import xml.etree.ElementTree as ElementTree
@@ -20,6 +23,7 @@ import xml.etree.ElementTree as ElementTree
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from children import Child  # noqa: E402
 from client_checks import PATIENCE_S, check, end, obscura_client, source, wait_for  # noqa: E402
+from own_address import own_address  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, program = (os.path.abspath(argument) for argument in sys.argv[3:5])
@@ -44,9 +48,9 @@ class Bench:
 
 
 class Instrument:
-    def __init__(self, *arguments):
-        self.process = Child([program, "--scpi", "127.0.0.1:0", "--lxi", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
-        ports = [self.process.stdout.readline().split() for _ in range(3)]
+    def __init__(self, *arguments, host="127.0.0.1", stderr=None):
+        self.process = Child([program, "--scpi", f"{host}:0", "--lxi", f"{host}:0", *arguments], stdout=subprocess.PIPE, stderr=stderr, text=True)
+        ports = [self.process.stdout.readline().split() for _ in range(2 + ("--scpi-view" in arguments))]
         self.port, self.lxi = (int(dict(ports)[name].rpartition(":")[2]) for name in ("scpi", "lxi"))
 
     def resident_kib(self):
@@ -165,11 +169,56 @@ def refusals(folder, instrument, port_view):
             break
     check("mutated lines leave others in peace", sent > 0 and bench.ask("*CLS;*IDN?").startswith("Obscura"))
     check("and memory bounded", instrument.resident_kib() < 64 * 1024, instrument.resident_kib())
-    for arguments in (["--scpi", "0.0.0.0:5025"], ["--scpi-view", "192.0.2.1:5025"]):
-        refused = subprocess.run([program, *arguments], capture_output=True, text=True)
-        check(f"{arguments[1]} is refused without --insecure", refused.returncode == 78 and refused.stderr.count("\n") == 1, refused)
+    for arguments in (["--scpi", "0.0.0.0:5025"], ["--scpi-view", "192.0.2.1:5025"], ["--lxi", "0.0.0.0:0"], ["--telecommands", "0.0.0.0:0"]):
+        refused = subprocess.run([program, "--scpi", "127.0.0.1:0", *arguments], capture_output=True, text=True)
+        check(f"{arguments[0]} {arguments[1]} is refused without --allow", refused.returncode == 78 and refused.stderr.count("\n") == 1, refused)
+    for wrong in ("192.0.2", "192.0.2.0/33", "bench", " , "):
+        refused = subprocess.run([program, "--allow", wrong], capture_output=True, text=True)
+        check(f'--allow "{wrong}" is refused', refused.returncode == 64 and "--allow" in refused.stderr, refused)
     refused = subprocess.run([program, "--scpi", "off"], capture_output=True, text=True)
     check("without a port there is nothing to do", refused.returncode == 64, refused)
+
+
+def other_machines(folder):
+    """Those that --allow names may come, others may not. Connections to an address of the network come from it, too."""
+    address = own_address()
+    if address.startswith("127."):
+        print("skipped: this machine has no address of a network")
+        return
+    for allowed, comes in ((address, True), ("203.0.113.77", False)):
+        log = folder / f"log-{comes}"
+        with log.open("w") as file:
+            instrument = Instrument("--allow", allowed, host="0.0.0.0", stderr=file)
+        with socket.create_connection((address, instrument.port), PATIENCE_S) as client:
+            client.sendall(b"*OPC?\n")
+            try:
+                answer = client.recv(100)
+            except ConnectionError:
+                answer = b""
+        check(f"with --allow {allowed} another machine is {'served' if comes else 'sent away'}", (answer == b"1\n") == comes, answer)
+        check("this machine always is served", Bench(instrument.port).ask("*OPC?") == "1")
+        check("it ends well", instrument.end() == 0)
+        check("who is sent away is named in the log", (f"instrument: SCPI of {address} refused" in log.read_text()) != comes, log.read_text())
+
+
+def others_programs(instrument):
+    """PyVISA by the lines of docs/instrument.md, and lxi-tools."""
+    example = re.search(r"\n((?: {4}.*\n)*?    camera = pyvisa.*\n(?: {4}.*\n)*)", (source / "docs/instrument.md").read_text())
+    lines = textwrap.dedent(example.group(1)).replace("::5025::", f"::{instrument.port}::")
+    try:
+        import pyvisa
+    except ImportError:
+        print("skipped: PyVISA is not installed")
+    else:
+        told = []
+        exec(lines, {"pyvisa": pyvisa, "print": told.append})
+        check("the lines of docs/instrument.md work with PyVISA", len(told) == 2 and re.fullmatch(r"\d+,(complete|late),\d+,\d{19},[\d.e-]+", told[0]) and
+              told[1] == '0,"No error"', told)
+    if not shutil.which("lxi"):
+        print("skipped: lxi-tools are not installed")
+        return
+    told = subprocess.run(["lxi", "scpi", "-a", "127.0.0.1", "-p", str(instrument.port), "-r", "*IDN?"], capture_output=True, text=True).stdout
+    check("lxi-tools get the identity", told.startswith("Obscura,obscura-instrument,0,"), told)
 
 
 def lxi_identity(instrument):
@@ -185,6 +234,8 @@ def lxi_identity(instrument):
         "InstrumentAddressString", "Hostname", "IPAddress", "SubnetMask", "MACAddress", "Gateway", "DHCPEnabled", "AutoIPEnabled"] and
           interface[0].text == f"TCPIP::127.0.0.1::{instrument.port}::SOCKET" and interface.get("InterfaceType") == "LXI")
     check("it says what *IDN? says", Bench(instrument.port).ask("*IDN?").split(",") == [root[i].text for i in range(4)])
+    announced = set(re.findall(r"FirmwareVersion=(.*?)<", (source / "config/instrument/obscura-avahi.service").read_text()))
+    check("the file for mDNS has its version", announced == {root[3].text}, announced)
     dice = random.Random(4)
     idle = [socket.create_connection(("127.0.0.1", instrument.lxi), PATIENCE_S) for _ in range(20)]
     for _ in range(200):
@@ -223,6 +274,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-scpi-") as name:
     check("a daemon that comes is found by its monitor", wait_for(lambda: bench.ask("*TST?") != "2"))
     bench.write("*CLS")
     conversation(bench, Bench(instrument.port), calls)
+    others_programs(instrument)
+    other_machines(folder)
     daemon.kill()
     daemon.wait()
     check("one that has gone is missed", bench.ask("GAIN?;SYST:ERR?").startswith("-241,"), bench.ask("SYST:ERR:ALL?"))
