@@ -5,6 +5,8 @@
 #include "instrument/scpi/line_reader.hpp"
 #include "instrument/scpi/session.hpp"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -22,6 +24,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr int look_ms = 200;
+
+/// Finds a client that has gone without a word, within half a minute: its place is wanted.
+void watch_peer(int socket) {
+    const auto set = [socket](int level, int option, int value) {
+        ::setsockopt(socket, level, option, &value, sizeof value);
+    };
+    set(SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(IPPROTO_TCP, TCP_KEEPIDLE, 10); // s
+    set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
+    set(IPPROTO_TCP, TCP_KEEPCNT, 4);
+}
 
 /// Whether the socket is ready for `what` within look_ms.
 bool ready(int socket, short what) {
@@ -78,16 +91,12 @@ void ScpiServer::serve(Client& client, bool may_change) const {
     ScpiSession session(table_, link, version_, may_change, ended);
     LineReader lines(limits_.line_bytes);
     std::array<char, 4096> buffer;
-    Clock::time_point heard = Clock::now();
     while (!ending_) {
-        if (!ready(socket, POLLIN)) {
-            if (Clock::now() - heard > limits_.idle) return;
-            continue;
-        }
+        if (!ready(socket, POLLIN)) continue;
         const ssize_t got = ::recv(socket, buffer.data(), buffer.size(), 0);
         if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) return;
         if (got < 0) continue;
-        heard = Clock::now();
+        client.heard = Clock::now();
         lines.give({buffer.data(), static_cast<std::size_t>(got)});
         while (const auto line = lines.next()) {
             if (!*line) {
@@ -102,6 +111,17 @@ void ScpiServer::serve(Client& client, bool may_change) const {
     }
 }
 
+void ScpiServer::make_room() {
+    const auto longest =
+        std::min_element(clients_.begin(), clients_.end(), [](const auto& one, const auto& other) {
+            return one->heard.load() < other->heard.load();
+        });
+    if (longest == clients_.end() || Clock::now() - (*longest)->heard.load() < limits_.idle) return;
+    ::shutdown((*longest)->socket.get(), SHUT_RDWR);
+    (*longest)->thread.join();
+    clients_.erase(longest);
+}
+
 void ScpiServer::accept(const ScpiPort& port) {
     FileDescriptor socket = port.listener.accept();
     if (!socket) {
@@ -111,9 +131,9 @@ void ScpiServer::accept(const ScpiPort& port) {
     }
     if (!admission_.admits_peer(socket.get(), "SCPI")) return; // closes it
     bury(false);
+    if (clients_.size() >= limits_.clients) make_room();
     if (clients_.size() >= limits_.clients) return;
-    const int on = 1;
-    ::setsockopt(socket.get(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+    watch_peer(socket.get());
     auto client = std::make_unique<Client>();
     client->socket = std::move(socket);
     Client& one = *clients_.emplace_back(std::move(client));

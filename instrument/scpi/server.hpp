@@ -24,8 +24,9 @@ struct ScpiLimits {
     std::size_t clients = 8;               ///< at a time, over all ports
     std::size_t line_bytes = 4096;         ///< of a message; longer ones are thrown away and reported
     std::size_t thrown_away_bytes = 65536; ///< of such a line, after which the connection ends
-    std::chrono::seconds idle{3600};       ///< without a byte from the client, after which it ends
-    std::chrono::seconds unread{10};       ///< that an answer waits for the client to read it
+    /// Without a byte from a client, after which it makes room for another one.
+    std::chrono::seconds idle{3600};
+    std::chrono::seconds unread{10}; ///< that an answer waits for the client to read it
 };
 
 /// A listening port and what its clients may do.
@@ -49,13 +50,17 @@ public:
     void run(const std::function<bool()>& stopped);
 
 private:
+    using Clock = std::chrono::steady_clock;
     struct Client {
         FileDescriptor socket;
+        std::atomic<Clock::time_point> heard{Clock::now()}; ///< when its last bytes came
         std::atomic<bool> done{false};
         std::thread thread;
     };
     void accept(const ScpiPort& port);
     void serve(Client& client, bool may_change) const;
+    /// Ends the client that has been silent for longest, if that is longer than the limit.
+    void make_room();
     /// Joins the clients that are done, or all.
     void bury(bool all);
 
