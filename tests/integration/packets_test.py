@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Space packets of obscura-instrument, read and made by the XTCE description alone: housekeeping is the daemon's state,
-each frame is reported once, telecommands reach the camera, and what is no packet does no harm. Wireshark agrees about headers.
+each frame is reported once, telecommands reach the camera, and what is no packet does no harm. The files of OpenC3 COSMOS say
+the same of every packet, and Wireshark of headers.
 
 Usage: packets_test.py OBSCURA SOURCE-DIRECTORY OBSCURAD OBSCURA-INSTRUMENT
 Exit status 1 if a check failed, 77 without numpy.
@@ -22,11 +23,23 @@ import xml.etree.ElementTree as ElementTree
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from children import Child  # noqa: E402
 from client_checks import PATIENCE_S, check, end, obscura_client, source, wait_for  # noqa: E402
+from cosmos_target import CosmosTarget  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, program = (os.path.abspath(argument) for argument in sys.argv[3:5])
 XTCE = "{http://www.omg.org/spec/XTCE/20180204}"
 EPOCH_1970_S = 4383 * 86400  # after 1958
+NS = 10**9
+CLOCKS_NS = 10**6  # more than the resolution of time codes, and what the difference of two clocks is known to
+
+
+def made_ns(values):
+    """TAI since 1970 at which the packet was made, as its time code says."""
+    return (values["TIME_SECONDS"] - EPOCH_1970_S) * NS + (values["TIME_FRACTION"] * NS >> 24)
+
+
+def tai_ns():
+    return time.clock_gettime_ns(time.CLOCK_TAI)
 
 
 # What XTCE 1.2 allows where this description uses it: children in their order ("*": in any), and attributes.
@@ -160,6 +173,7 @@ class Ground:
                                          "--telecommands", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
         self.commands = ("127.0.0.1", int(self.process.stdout.readline().rpartition(":")[2]))
         self.description = Description(describe("xtce"))
+        self.cosmos = CosmosTarget(describe("cosmos-telemetry"), describe("cosmos-commands"))
         self.packets, self.raw, self.sequence = [], [], 0
 
     def take(self):
@@ -179,10 +193,14 @@ class Ground:
     def send(self, packet):
         self.receiver.sendto(packet, self.commands)
 
-    def command(self, name, **arguments):
-        """Its report."""
+    def first(self, wanted, condition):
+        """The first packet of that kind for which the condition holds, from the beginning on."""
+        return next((values for values in self.of(wanted) if condition(values)), None) or self.next(wanted, condition)
+
+    def command(self, name, by=None, **arguments):
+        """Its report. `by`: made by that target of COSMOS."""
         function = list(self.description.commands).index(name)
-        self.send(self.description.make(name, self.sequence, **arguments))
+        self.send(by.make(name, CCSDS_SEQUENCE=self.sequence, **arguments) if by else self.description.make(name, self.sequence, **arguments))
         sequence, self.sequence = self.sequence, (self.sequence + 1) % 16384
         return self.next("COMMAND", lambda values: (values["COMMAND_SEQUENCE"], values["FUNCTION"]) == (sequence, function))
 
@@ -199,17 +217,6 @@ def files():
                        ("cosmos-telemetry", cosmos / "tlm.txt"), ("cosmos-commands", cosmos / "cmd.txt")):
         check(f"{file.name} is that of the table (obscura-instrument --describe {what})", describe(what) == file.read_text())
     check("XTCE has its elements where the schema wants them", not misplaced(ElementTree.fromstring(describe("xtce"))))
-    # COSMOS and XTCE are written by different code: both name the same bits in the same order.
-    description = Description(describe("xtce"))
-    for text in describe("cosmos-telemetry").split("\nTELEMETRY ")[1:]:
-        name = text.split()[3]
-        items = [line.split()[1:3] for line in text.splitlines() if line.startswith("  APPEND_")]
-        wanted = []
-        for part in ("CCSDS_PACKET", "TELEMETRY", name):
-            for entry in description.containers[part].find(XTCE + "EntryList"):
-                reference = entry.get("parameterRef")
-                wanted.append([reference.removeprefix(name + "_"), str(description.types[description.references[reference]][0])])
-        check(f"COSMOS and XTCE agree about {name}", items == wanted, items)
 
 
 def housekeeping(ground, camera):
@@ -220,8 +227,11 @@ def housekeeping(ground, camera):
     check("housekeeping is the daemon's state", later["ACQUIRING"] == "YES" and later["CONTROLLED"] == "NO" and later["CLOCK"] == "FREE" and
           later["HEALTH"] in ("GOOD", "BAD") and before["camera"]["triggers"] <= later["TRIGGERS"] <= after["camera"]["triggers"] and
           before["frame_id"] <= later["LAST_FRAME"] <= after["frame_id"] and later["FIRST_ROW_P50"] > 0, (before, later, after))
-    check("made once a second", later["TIME_SECONDS"] + later["TIME_FRACTION"] / 2**24 > values["TIME_SECONDS"] + values["TIME_FRACTION"] / 2**24 + 0.5)
-    check("with a time code of TAI since 1958", later["TIME_CODE"] == 31 and abs(later["TIME_SECONDS"] - EPOCH_1970_S - 37 - time.time()) < 1000)
+    check("made once a second", made_ns(later) > made_ns(values) + NS // 2)
+    before = tai_ns()
+    report = ground.command("NO_OPERATION")
+    check("with a time code of TAI since 1958", report["TIME_CODE"] == 31 and
+          before - CLOCKS_NS <= made_ns(report) <= tai_ns() + CLOCKS_NS, (before, report))
 
 
 def telecommands(ground, camera):
@@ -235,15 +245,21 @@ def telecommands(ground, camera):
     check("and starts with another trigger", ground.command("SET_TRIGGER_SOURCE", SOURCE="SOFTWARE")["RESULT"] == "DONE" and
           ground.command("START")["RESULT"] == "DONE" and camera.get("TriggerSource") == "Software")
     wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+    before = tai_ns()
     report = ground.command("TRIGGER")
     check("a trigger is answered when its frame has left", report["RESULT"] == "DONE" and report["FRAME"] == 1, report)
+    frame = ground.first("FRAME", lambda one: (one["ACQUISITION"], one["FRAME"]) == (2, 1))
+    check("its edge lies between telecommand and answer", before - CLOCKS_NS <= frame["EDGE_TAI_NS"] <= made_ns(report) + CLOCKS_NS, (before, frame, report))
+    wait_for(lambda: camera.state()["cameras"][0]["trigger_ready"])
+    report = ground.command("TRIGGER", by=ground.cosmos)
+    check("one by the files of COSMOS makes the next frame", report["RESULT"] == "DONE" and report["FRAME"] == 2, report)
     for what, packet, wanted in (("of an unknown function", b"\x19\x03\xc0\x64\0\x01\x63\0", "UNKNOWN"), ("cut short", b"\x19\x03\xc0\x65\0\0\x03", "MALFORMED"),
                                  ("with an argument that is no number", b"\x19\x03\xc0\x66\0\x09\x04\0\x7f\xf8" + bytes(6), "MALFORMED")):
         ground.send(packet)
         report = ground.next("COMMAND", lambda one, count=packet[3]: one["COMMAND_SEQUENCE"] == count)
         check(f"a telecommand {what} is refused", report["RESULT"] == wanted, report)
     own = ground.next("HOUSEKEEPING", lambda one: one["COMMANDS_REFUSED"] >= 6)
-    check("all of it is counted", own["COMMANDS_DONE"] == 6 and own["COMMAND_GAPS"] == 1, own)
+    check("all of it is counted", own["COMMANDS_DONE"] == 8 and own["COMMAND_GAPS"] == 1, own)
     dice = random.Random(7)
     seed = ground.description.make("SET_EXPOSURE", 0, EXPOSURE=2500)
     for _ in range(20):
@@ -279,9 +295,11 @@ def frames(ground, camera):
     for one in known:
         row = rows[(one["ACQUISITION"], one["FRAME"])]
         edge = row[place["edge_ns"]] + told["tai_offset_ns"]
-        code = one["EDGE_SECONDS"] - EPOCH_1970_S + one["EDGE_FRACTION"] / 2**24
+        seconds, rest = divmod(one["EDGE_TAI_NS"], NS)
         late = row[place["late_rows"]]
-        good += (abs(one["EDGE_TAI_NS"] - edge) < 1e8 and  # the clocks are steered apart meanwhile one["TRIGGER"] == row[place["trigger_id"]] and abs(code - one["EDGE_TAI_NS"] / 1e9) < 2e-6 and
+        # The clocks are steered apart meanwhile.
+        good += (abs(one["EDGE_TAI_NS"] - edge) < 1e8 and one["TRIGGER"] == row[place["trigger_id"]] and
+                 (one["EDGE_SECONDS"], one["EDGE_FRACTION"]) == (seconds + EPOCH_1970_S, (rest << 24) // NS) and
                  math.isclose(one["FIRST_ROW"], (row[place["first_ns"]] - row[place["edge_ns"]]) / 1e3, rel_tol=1e-6) and
                  math.isclose(one["LAST_ROW"], (row[place["last_ns"]] - row[place["edge_ns"]]) / 1e3, rel_tol=1e-6) and
                  one["LATE_ROWS"] == late and one["ROWS"] == row[place["rows"]] and one["OUTCOME"] == ("LATE" if late else "COMPLETE"))
@@ -315,6 +333,23 @@ def saturation(ground, camera, folder):
         counts.append((report["SATURATED"], sum(dn >= 4095 for dn in pixels)))
     check("saturated pixels are counted", all(told == there for told, there in counts) and counts[0][0] > 1000, counts)
     camera.set(TestPattern="Off")
+
+
+def cosmos(ground):
+    """COSMOS and XTCE are written by different code: both read the same in every packet, and make the same commands."""
+    def unlike(raw, packet):
+        kind, values = ground.cosmos.read(raw)
+        return kind != packet[0] or list(values) != list(packet[1]) or any(
+            value != packet[1][name] and not (value != value and packet[1][name] != packet[1][name]) for name, value in values.items())
+
+    wrong = [packet for raw, packet in zip(ground.raw, ground.packets) if unlike(raw, packet)]
+    check("COSMOS reads the same values", not wrong and len(ground.raw) > 50, wrong[:2])
+    arguments = {"SET_EXPOSURE": {"EXPOSURE": 2500}, "SET_GAIN": {"GAIN": 3.5}, "SET_BLACK_LEVEL": {"BLACK_LEVEL": 64},
+                 "SET_FRAME_RATE": {"FRAME_RATE": 12.5}, "SET_TRIGGER_SOURCE": {"SOURCE": "LINE3"}}
+    commands = list(ground.description.commands)
+    differ = [name for name in commands if ground.cosmos.make(name, CAMERA=1, CCSDS_SEQUENCE=77, **arguments.get(name, {})) !=
+              ground.description.make(name, 77, CAMERA=1, **arguments.get(name, {}))]
+    check("and makes the same commands", list(ground.cosmos.commands) == commands and not differ, differ)
 
 
 def wireshark(ground, folder):
@@ -365,6 +400,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-packets-") as name:
     for kind in ("HOUSEKEEPING", "FRAME", "COMMAND"):
         counts = [one["CCSDS_SEQUENCE"] for one in ground.of(kind)]
         check(f"sequence counts of {kind} have no gap", counts == list(range(len(counts))), counts)
+    cosmos(ground)
     wireshark(ground, folder)
     ground.process.terminate()
     ground.process.stdout.close()
