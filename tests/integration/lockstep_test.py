@@ -20,6 +20,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from children import Child  # noqa: E402
+from own_address import own_address  # noqa: E402
 from simulator_client import Refused, Simulator  # noqa: E402
 
 obscurad = sys.argv[1]
@@ -49,7 +50,7 @@ def free_port():
 
 
 class Daemon:
-    def __init__(self, source="lockstep", policy="late", quality="hold", token=None):
+    def __init__(self, source="lockstep", policy="late", quality="hold", token=None, host="127.0.0.1"):
         self.temporary = tempfile.TemporaryDirectory(prefix="obscura-lockstep-")
         self.folder = pathlib.Path(self.temporary.name)
         self.port = free_port()
@@ -86,7 +87,7 @@ quality = "{quality}"
 reserve_us = 1000000
 [simulator]
 enabled = true
-listen = "127.0.0.1:{self.port}"
+listen = "{host}:{self.port}"
 {'token_file = "sim.token"' if token else ""}
 [camera]
 exposure_us = 1000
@@ -317,9 +318,34 @@ with Daemon(token=secret) as daemon:
         challenges.append(simulator.greeting.split("challenge=")[1])
         check("each connection has a challenge of its own", challenges[0].strip() != challenges[1])
         check("with it steps are made", simulator.step(1).number == 1 and simulator.state()["frames"] == "1")
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind(("127.0.0.1", daemon.port))
-            check("no poses come by UDP", True)
+    for _ in range(2):
+        refusal(lambda: open_with(bytes(32)))
+    before = time.monotonic()
+    open_with(secret).close()
+    check("after three wrong ones the next has to wait", time.monotonic() - before > 0.9, time.monotonic() - before)
+    check("it ends well", daemon.stop() == 0)
+
+# Other machines reach the port with a token only.
+with Daemon(host="0.0.0.0") as daemon:
+    status = daemon.process.wait(PATIENCE_S)
+    check("without a token no other machine reaches the port", status == 78 and "token_file" in daemon.log_text(), (status, daemon.log_text()))
+with Daemon(token=secret, host="0.0.0.0") as daemon:
+    address = own_address()
+    with Simulator(address, daemon.port, token=secret) as simulator:
+        here = centre(daemon.frame(simulator.step(1).number))
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
+            udp.settimeout(PATIENCE_S)
+            udp.connect((address, daemon.port))
+            udp.send(simulator.pose_line("rock", 2, (0, 500, 0), (1, 0, 0, 0)))
+            try:
+                answer = udp.recv(1)
+            except ConnectionRefusedError:
+                answer = None
+        check("nothing listens for poses by UDP", answer is None, answer)
+        there = centre(daemon.frame(simulator.step(3).number))
+        check("and none has moved the rock", here and there and math.dist(here, there) < 1, (here, there))
+        simulator.pose("rock", 4, (0, 500, 0), (1, 0, 0, 0))
+        check("which one with the token does", centre(daemon.frame(simulator.step(4).number)) is None)
     check("it ends well", daemon.stop() == 0)
 
 sys.exit(1 if failures else 0)
