@@ -19,16 +19,16 @@
 #include <cstring>
 #include <iterator>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 namespace obscura::instrument {
 namespace {
 
-using Steady = std::chrono::steady_clock;
 constexpr int look_ms = 50;
 constexpr std::chrono::milliseconds report_period{100};
-constexpr int looks_per_housekeeping = 10; ///< one a second
-constexpr int most_commands = 32;          ///< that are done before anything else is
+constexpr std::chrono::seconds housekeeping_period{1};
+constexpr int most_commands = 32; ///< that are done before anything else is
 
 sockaddr_in address_of(const std::string& text) {
     const std::size_t colon = text.rfind(':');
@@ -96,15 +96,22 @@ std::int64_t PacketService::tai_now() const {
     return clock.now().ns + tai_offset_ns_.value_or(clock.tai_offset_ns());
 }
 
-void PacketService::send(const std::vector<std::uint8_t>& packet) const {
+template<typename Source>
+void PacketService::send(const Source& source) {
+    const std::vector<std::uint8_t> packet = writer_.write(source, tai_now());
     // A receiver that is not there yet is no error: packets are numbered, and it sees what it has missed.
     if (sender_) (void)::send(sender_.get(), packet.data(), packet.size(), MSG_NOSIGNAL);
 }
 
+void PacketService::count_command(std::uint32_t PacketCounters::*counter) {
+    const std::lock_guard lock(mutex_);
+    ++(counters_.*counter);
+}
+
 void PacketService::report(const Telecommand& command, CommandResult result, std::uint64_t frame) {
+    const std::lock_guard lock(mutex_);
     ++(result == CommandResult::done ? counters_.commands_done : counters_.commands_refused);
-    send(writer_.write(CommandReport{command.sequence, command.function, command.camera, result, frame},
-                       tai_now()));
+    send(CommandReport{command.sequence, command.function, command.camera, result, frame});
 }
 
 void PacketService::execute(const Telecommand& command) {
@@ -126,10 +133,10 @@ void PacketService::execute(const Telecommand& command) {
 void PacketService::take(std::span<const std::uint8_t> datagram) {
     const std::optional<Telecommand> command = read_telecommand(datagram, first_apid_);
     if (!command) {
-        ++counters_.commands_refused;
+        count_command(&PacketCounters::commands_refused);
         return;
     }
-    if (next_command_ && *next_command_ != command->sequence) ++counters_.command_gaps;
+    if (next_command_ && *next_command_ != command->sequence) count_command(&PacketCounters::command_gaps);
     next_command_ = static_cast<std::uint16_t>((command->sequence + 1U) % sequence_modulus);
     if (command->result != CommandResult::done) return report(*command, command->result);
     try {
@@ -176,11 +183,12 @@ void PacketService::settle_trigger() {
 
 void PacketService::send_reports(std::uint32_t camera) {
     const TimingAnswer answer = link_.timing(camera, reports_[camera].after());
+    const std::lock_guard lock(mutex_);
     tai_offset_ns_ = answer.tai_offset_ns ? *answer.tai_offset_ns : MonotonicClock().tai_offset_ns();
     for (const FrameReport& frame : reports_[camera].take(camera, answer, *tai_offset_ns_)) {
         ++counters_.reports;
         counters_.reports_lost += static_cast<std::uint32_t>(frame.lost_before);
-        send(writer_.write(frame, tai_now()));
+        send(frame);
     }
 }
 
@@ -207,24 +215,55 @@ void PacketService::look(bool housekeeping) {
         // Whatever answers next has not been there before: its frames are wanted from the first one on.
         if (!run_ && error.code == "connection-lost") run_.emplace();
     }
-    if (!housekeeping) return;
-    cameras.resize(std::max<std::size_t>({cameras.size(), reports_.size(), 1}));
+    if (housekeeping) send_housekeeping(std::move(cameras));
+}
+
+void PacketService::send_housekeeping(std::vector<std::optional<CameraState>> cameras) {
+    const std::lock_guard lock(mutex_);
+    if (!cameras.empty()) cameras_ = cameras.size();
+    cameras.resize(cameras_);
     for (std::uint32_t camera = 0; camera < cameras.size(); ++camera)
-        send(writer_.write(Housekeeping{camera, std::move(cameras[camera]), counters_}, tai_now()));
+        send(Housekeeping{camera, std::move(cameras[camera]), counters_});
+    housekeeping_sent_ = Steady::now();
+}
+
+void PacketService::serve_telemetry(const std::function<bool()>& stopped) {
+    Steady::time_point next_report = Steady::now(), next_housekeeping = next_report;
+    while (!stopped()) {
+        std::this_thread::sleep_until(next_report);
+        const bool housekeeping = Steady::now() >= next_housekeeping;
+        look(housekeeping);
+        const Steady::time_point now = Steady::now();
+        if (housekeeping) next_housekeeping = std::max(next_housekeeping + housekeeping_period, now);
+        next_report = std::max(next_report + report_period, now);
+    }
+}
+
+void PacketService::serve_telecommands(const std::function<bool()>& stopped) {
+    while (!stopped()) {
+        pollfd watched{receiver_.get(), POLLIN, 0};
+        ::poll(&watched, 1, look_ms);
+        take_commands();
+        settle_trigger();
+    }
 }
 
 void PacketService::run(const std::function<bool()>& stopped) {
-    Steady::time_point next = Steady::now();
-    int looks = 0;
+    std::vector<std::jthread> threads;
+    if (sender_) threads.emplace_back([&] { serve_telemetry(stopped); });
+    if (receiver_) threads.emplace_back([&] { serve_telecommands(stopped); });
     while (!stopped()) {
-        pollfd watched{receiver_.get(), POLLIN, 0};
-        ::poll(&watched, 1, look_ms); // without telecommands: a pause
-        take_commands();
-        settle_trigger();
-        if (!sender_ || Steady::now() < next) continue;
-        look(looks == 0);
-        looks = (looks + 1) % looks_per_housekeeping;
-        next = std::max(next + report_period, Steady::now());
+        std::this_thread::sleep_for(report_period);
+        if (!sender_) continue;
+        std::unique_lock lock(mutex_);
+        const Steady::time_point now = Steady::now();
+        const bool silent = now - housekeeping_sent_ > longest_silence;
+        lock.unlock();
+        if (!silent) continue;
+        send_housekeeping({});
+        // The next one comes after the usual period, unless the daemon answers before.
+        lock.lock();
+        housekeeping_sent_ = now - longest_silence + housekeeping_period;
     }
 }
 

@@ -12,6 +12,7 @@ import os
 import pathlib
 import random
 import shutil
+import signal
 import socket
 import struct
 import subprocess
@@ -386,6 +387,14 @@ with tempfile.TemporaryDirectory(prefix="obscura-packets-") as name:
         early(ground, camera)
         saturation(ground, camera, folder)
         frames(ground, camera)
+    daemon.send_signal(signal.SIGSTOP)
+    lost = ground.next("HOUSEKEEPING", lambda values: values["DAEMON_ANSWERS"] == "NO")
+    check("a daemon that hangs is missed", lost["COMPLETE"] == 0 and lost["HEALTH"] == "UNKNOWN", lost)
+    before = len(ground.of("HOUSEKEEPING"))
+    check("a telecommand has no answer of it", ground.command("START")["RESULT"] == "DAEMON_LOST")
+    check("and housekeeping goes on meanwhile", len(ground.of("HOUSEKEEPING")) >= before + 3, len(ground.of("HOUSEKEEPING")) - before)
+    daemon.send_signal(signal.SIGCONT)
+    check("until the daemon answers again", ground.next("HOUSEKEEPING", lambda values: values["DAEMON_ANSWERS"] == "YES")["COMPLETE"] > 0)
     first = ground.of("FRAME")[0]
     check("a daemon that came later is reported from its first frame on", (first["ACQUISITION"], first["FRAME"]) == (1, 1), first)
     daemon.kill()
