@@ -82,13 +82,13 @@ void ScpiServer::bury(bool all) {
     });
 }
 
-void ScpiServer::serve(Client& client, bool may_change) const {
+void ScpiServer::serve(Client& client) const {
     const int socket = client.socket.get();
     const std::function<bool()> ended = [this] { return ending_.load(); };
     DaemonLink daemon(daemon_);
     RecordedLink link(daemon, "SCPI");
     link.set_peer(service::address_of_peer(socket));
-    ScpiSession session(table_, link, version_, may_change, ended);
+    ScpiSession session(table_, link, version_, client.may_change, ended);
     LineReader lines(limits_.line_bytes);
     std::array<char, 4096> buffer;
     while (!ending_) {
@@ -111,11 +111,17 @@ void ScpiServer::serve(Client& client, bool may_change) const {
     }
 }
 
-void ScpiServer::make_room() {
-    const auto longest =
-        std::min_element(clients_.begin(), clients_.end(), [](const auto& one, const auto& other) {
-            return one->heard.load() < other->heard.load();
-        });
+std::size_t ScpiServer::onlookers() const {
+    return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(),
+                                                  [](const auto& client) { return !client->may_change; }));
+}
+
+void ScpiServer::make_room(bool of_onlookers) {
+    auto longest = clients_.end();
+    for (auto client = clients_.begin(); client != clients_.end(); ++client)
+        if ((!of_onlookers || !(*client)->may_change) &&
+            (longest == clients_.end() || (*client)->heard.load() < (*longest)->heard.load()))
+            longest = client;
     if (longest == clients_.end() || Clock::now() - (*longest)->heard.load() < limits_.idle) return;
     ::shutdown((*longest)->socket.get(), SHUT_RDWR);
     (*longest)->thread.join();
@@ -131,16 +137,20 @@ void ScpiServer::accept(const ScpiPort& port) {
     }
     if (!admission_.admits_peer(socket.get(), "SCPI")) return; // closes it
     bury(false);
-    if (clients_.size() >= limits_.clients) make_room();
+    // Those that only look on leave places for who commands.
+    if (!port.may_change && onlookers() >= limits_.onlookers) make_room(true);
+    if (!port.may_change && onlookers() >= limits_.onlookers) return;
+    if (clients_.size() >= limits_.clients) make_room(false);
     if (clients_.size() >= limits_.clients) return;
     watch_peer(socket.get());
     auto client = std::make_unique<Client>();
     client->socket = std::move(socket);
+    client->may_change = port.may_change;
     Client& one = *clients_.emplace_back(std::move(client));
     try {
-        one.thread = std::thread([this, &one, may_change = port.may_change] {
+        one.thread = std::thread([this, &one] {
             try {
-                serve(one, may_change);
+                serve(one);
             } catch (const std::exception&) { // memory is short: this client is given up
             }
             ::shutdown(one.socket.get(), SHUT_RDWR); // closed when it is joined

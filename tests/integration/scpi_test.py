@@ -128,10 +128,24 @@ def served(instrument):
 def refusals(folder, instrument, port_view):
     view = Bench(port_view)
     check("a port for queries changes nothing", view.ask("GAIN?;*TRG;SYST:ERR?").split(";")[1].startswith("-203"))
+    crowd = [socket.create_connection(("127.0.0.1", port_view), PATIENCE_S) for _ in range(8)]
+    check("those who only ask leave places", crowd[-1].recv(1) == b"" and served(instrument))
+    for one in crowd:
+        one.close()
     bench = Bench(instrument.port)
     bench.write("X" * 5000)
     check("a line that is too long is thrown away", bench.error() == -363 and bench.ask("*ESE?") == "0")
-    crowd = [Bench(instrument.port) for _ in range(6)]
+    crowd = []
+
+    def six():
+        one = Bench(instrument.port)
+        try:
+            crowd.extend([one] if one.ask("*OPC?") == "1" else [])
+        except ConnectionError:
+            pass
+        return len(crowd) == 6
+
+    check("which others take when they have gone", wait_for(six))
     extra = socket.create_connection(("127.0.0.1", instrument.port), PATIENCE_S)
     check("the ninth client is sent away", extra.recv(1) == b"")
     check("eight are served", all(one.ask("*OPC?") == "1" for one in crowd + [bench, view]))
