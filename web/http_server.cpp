@@ -2,7 +2,8 @@
 #include "web/http_server.hpp"
 
 #include "core/error.hpp"
-#include "web/access.hpp"
+#include "web/answer_writer.hpp"
+#include "web/http_request.hpp"
 #include "web/live_session.hpp"
 #include "web/mjpeg_session.hpp"
 #include "web/problem.hpp"
@@ -15,10 +16,13 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <fmt/format.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <list>
 #include <map>
 #include <optional>
 #include <utility>
@@ -65,50 +69,12 @@ tcp::endpoint endpoint_of(const std::string& address) {
     return {ip, port};
 }
 
-/// Views of the message.
-Request request_of(const http::request<http::string_body>& message) {
-    const auto value = [&](auto name) {
-        const auto found = message[name];
-        return std::string_view(found.data(), found.size());
-    };
-    Request request;
-    request.method = {message.method_string().data(), message.method_string().size()};
-    request.target = {message.target().data(), message.target().size()};
-    request.has_host = message.count(http::field::host) == 1;
-    request.host = value(http::field::host);
-    request.has_origin = message.count(http::field::origin) > 0;
-    request.origin = value(http::field::origin);
-    request.content_type = value(http::field::content_type);
-    request.if_match = value(http::field::if_match);
-    request.if_none_match = value(http::field::if_none_match);
-    request.accept_encoding = value(http::field::accept_encoding);
-    request.prefer = value(http::field::prefer);
-    request.last_event_id = value("Last-Event-ID");
-    request.has_idempotency_key = message.count("Idempotency-Key") > 0;
-    request.idempotency_key = value("Idempotency-Key");
-    request.body = message.body();
-    constexpr std::string_view scheme = "Bearer ";
-    if (const std::string_view given = value(http::field::authorization); given.starts_with(scheme))
-        request.bearer = given.substr(scheme.size());
-    else
-        request.password = password_of_basic(given);
-    return request;
-}
-
-/// Of a request that cannot be read.
-Response refusal_of(ErrorCode error) {
-    Response response;
-    response.status = error == http::error::header_limit ? 431 : error == http::error::body_limit ? 413 : 400;
-    response.type = "text/plain; charset=utf-8";
-    response.body = error.message() + "\n";
-    return response;
-}
-
-using Parser = http::request_parser<http::string_body>;
-
-void set_limits(Parser& parser, const HttpLimits& limits) {
-    parser.header_limit(limits.header_bytes);
-    parser.body_limit(limits.body_bytes);
+/// Has a client's bytes wait here rather than in the system, where they would be old before they leave, and
+/// behind those of cameras on the same interface. Without effect on sockets that are not of TCP.
+void keep_back(int socket) {
+    constexpr int unsent_bytes = 16 << 10, bulk = 2; // TC_PRIO_BULK
+    ::setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
+    ::setsockopt(socket, SOL_SOCKET, SO_PRIORITY, &bulk, sizeof bulk);
 }
 
 /// What the connections share; all of it on the server's thread.
@@ -120,6 +86,7 @@ struct Shared {
     WebFigures& figures;
     LiveServices live{};
     std::size_t connections = 0, streams = 0;
+    std::size_t answer_bytes = 0; ///< of answers that are being sent
     std::map<std::string, std::size_t> of_address{};
 };
 
@@ -252,6 +219,12 @@ private:
         const unsigned version = message.version();
         const bool keep_alive = message.keep_alive() && !only_health_;
         const bool pictures = !response.pictures_of.empty();
+        // Clients that read slowly must not fill the memory with frames.
+        if (response.body.size() > part_bytes && shared_.answer_bytes > 0 &&
+            shared_.answer_bytes + response.body.size() > shared_.limits.answer_bytes) {
+            response = problem(503, "busy", "too many clients are still reading their answers");
+            response.headers.emplace_back("Retry-After", "1");
+        }
         if ((response.stream_after || pictures) && !head) {
             if (shared_.streams >= shared_.limits.streams ||
                 (pictures &&
@@ -276,30 +249,24 @@ private:
 
     void send(Response response, unsigned version, bool keep_alive, bool head) {
         shared_.figures.answered(route_, response.status);
-        const auto out = std::make_shared<http::response<http::string_body>>(
-            static_cast<http::status>(response.status), version);
+        const auto out = std::make_shared<Answer>(static_cast<http::status>(response.status), version);
         set_headers(*out, response);
         out->keep_alive(keep_alive);
         out->body() = std::move(response.body);
         out->prepare_payload();
         if (head) out->body().clear();
-        stream_.next_layer().expires_after(shared_.limits.write_ms);
-        const auto done = [self = shared_from_this(), out, keep_alive](ErrorCode error, std::size_t bytes) {
-            self->shared_.figures.sent(bytes);
-            if (error) return;
-            if (keep_alive)
-                self->begin();
-            else
-                self->close();
-        };
-        if (head) {
-            const auto serializer = std::make_shared<http::response_serializer<http::string_body>>(*out);
-            http::async_write_header(
-                stream_, *serializer,
-                [done, serializer](ErrorCode error, std::size_t bytes) { done(error, bytes); });
-        } else {
-            http::async_write(stream_, *out, done);
-        }
+        const std::size_t bytes = out->body().size();
+        shared_.answer_bytes += bytes;
+        write_answer(stream_, out, head, shared_.limits.write_ms,
+                     [self = shared_from_this(), keep_alive, bytes](ErrorCode error, std::size_t sent) {
+                         self->shared_.answer_bytes -= bytes;
+                         self->shared_.figures.sent(sent);
+                         if (error) return;
+                         if (keep_alive)
+                             self->begin();
+                         else
+                             self->close();
+                     });
     }
 
     void begin_stream(const Response& response, unsigned version) {
@@ -386,38 +353,31 @@ bool is_loopback(const std::string& address) {
     return endpoint_of(address).address().is_loopback();
 }
 
-std::optional<Response> answer_to(Routes& routes, const HttpLimits& limits, std::string_view bytes) {
-    Parser parser;
-    set_limits(parser, limits);
-    parser.eager(true);
-    while (!parser.is_done()) {
-        ErrorCode error;
-        const std::size_t used = parser.put(asio::buffer(bytes.data(), bytes.size()), error);
-        if (error == http::error::need_more) return std::nullopt;
-        if (error) return refusal_of(error);
-        bytes.remove_prefix(used);
-        if (used == 0 || (bytes.empty() && !parser.is_done())) return std::nullopt;
-    }
-    return routes.answer(request_of(parser.get()));
+bool is_wildcard(const std::string& address) {
+    return endpoint_of(address).address().is_unspecified();
+}
+
+bool is_here(const std::string& address) {
+    const asio::ip::address ip = endpoint_of(address).address();
+    asio::io_context io;
+    tcp::acceptor trial(io);
+    ErrorCode error;
+    trial.open(ip.is_v6() ? tcp::v6() : tcp::v4(), error);
+    if (!error) trial.bind({ip, 0}, error);
+    return !error;
+}
+
+std::string host_of(const std::string& address) {
+    const asio::ip::address ip = endpoint_of(address).address();
+    return ip.is_v6() ? fmt::format("[{}]", ip.to_string()) : ip.to_string();
 }
 
 class HttpServer::Impl {
 public:
-    Impl(const HttpLimits& limits, const std::string& address, const Tls* tls)
-        : limits_(limits), tls_(tls), acceptor_(io_), timer_(io_), pause_(io_) {
-        const tcp::endpoint endpoint = endpoint_of(address);
-        ErrorCode error;
-        const auto refuse = [&] {
-            if (error) throw HardwareError(fmt::format("{}: {}", address, error.message()));
-        };
-        acceptor_.open(endpoint.protocol(), error);
-        refuse();
-        acceptor_.set_option(asio::socket_base::reuse_address(true), error);
-        refuse();
-        acceptor_.bind(endpoint, error);
-        refuse();
-        acceptor_.listen(asio::socket_base::max_listen_connections, error);
-        refuse();
+    Impl(const HttpLimits& limits, const std::vector<std::string>& addresses, const Tls* tls)
+        : limits_(limits), tls_(tls), timer_(io_) {
+        for (const std::string& address : addresses)
+            listen(address);
     }
 
     ~Impl() {
@@ -426,7 +386,7 @@ public:
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
-    [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+    [[nodiscard]] std::uint16_t port() const { return doors_.front().acceptor.local_endpoint().port(); }
 
     void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {
         Worker worker;
@@ -436,7 +396,8 @@ public:
         shared_->live.refusal = [&routes](std::string_view token, const std::string& address) {
             return routes.token_refusal(token, address);
         };
-        accept();
+        for (Door& door : doors_)
+            accept(door);
         look(stopped);
         io_.run();
     }
@@ -444,24 +405,48 @@ public:
     void serve_live(std::shared_ptr<LivePictures> pictures) { live_ = std::move(pictures); }
 
 private:
-    void accept() {
-        acceptor_.async_accept([this](ErrorCode error, tcp::socket socket) {
+    /// An address where it listens.
+    struct Door {
+        explicit Door(asio::io_context& io) : acceptor(io), pause(io) {}
+        tcp::acceptor acceptor;
+        asio::steady_timer pause;
+    };
+
+    void listen(const std::string& address) {
+        const tcp::endpoint endpoint = endpoint_of(address);
+        tcp::acceptor& acceptor = doors_.emplace_back(io_).acceptor;
+        ErrorCode error;
+        const auto refuse = [&] {
+            if (error) throw HardwareError(fmt::format("{}: {}", address, error.message()));
+        };
+        acceptor.open(endpoint.protocol(), error);
+        refuse();
+        acceptor.set_option(asio::socket_base::reuse_address(true), error);
+        refuse();
+        acceptor.bind(endpoint, error);
+        refuse();
+        acceptor.listen(asio::socket_base::max_listen_connections, error);
+        refuse();
+    }
+
+    void accept(Door& door) {
+        door.acceptor.async_accept([this, &door](ErrorCode error, tcp::socket socket) {
             if (error == asio::error::operation_aborted) return;
             if (error) {
-                accept_later();
+                accept_later(door);
                 return;
             }
             take(std::move(socket));
-            accept();
+            accept(door);
         });
     }
 
     /// The client that could not be accepted still waits: without a pause the next try would fail as well,
     /// and so on, as long as there is no descriptor for it.
-    void accept_later() {
-        pause_.expires_after(std::chrono::milliseconds(100));
-        pause_.async_wait([this](ErrorCode error) {
-            if (!error) accept();
+    void accept_later(Door& door) {
+        door.pause.expires_after(std::chrono::milliseconds(100));
+        door.pause.async_wait([this, &door](ErrorCode error) {
+            if (!error) accept(door);
         });
     }
 
@@ -470,6 +455,7 @@ private:
         const tcp::endpoint peer = socket.remote_endpoint(error);
         if (error) return;
         socket.set_option(tcp::no_delay(true), error);
+        keep_back(socket.native_handle());
         std::string address = peer.address().to_string();
         const auto same = shared_->of_address.find(address);
         const std::size_t of_same = same == shared_->of_address.end() ? 0 : same->second;
@@ -496,12 +482,12 @@ private:
     std::shared_ptr<LivePictures> live_;
     std::optional<Shared> shared_; ///< outlives the connections, which operations of io_ keep alive
     asio::io_context io_{1};
-    tcp::acceptor acceptor_;
-    asio::steady_timer timer_, pause_;
+    std::list<Door> doors_;
+    asio::steady_timer timer_;
 };
 
-HttpServer::HttpServer(const HttpLimits& limits, const std::string& address, const Tls* tls)
-    : impl_(std::make_unique<Impl>(limits, address, tls)) {}
+HttpServer::HttpServer(const HttpLimits& limits, const std::vector<std::string>& addresses, const Tls* tls)
+    : impl_(std::make_unique<Impl>(limits, addresses, tls)) {}
 HttpServer::~HttpServer() = default;
 
 std::uint16_t HttpServer::port() const {

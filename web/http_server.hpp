@@ -2,46 +2,32 @@
 // HTTP server with limits: one thread, Boost.Beast, answers of Routes.
 #pragma once
 
+#include "web/http_request.hpp"
 #include "web/routes.hpp"
 
-#include <chrono>
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
+#include <vector>
 
 namespace obscura::web {
 
 class Tls;
 class LivePictures;
 
-/// What clients may take.
-struct HttpLimits {
-    std::size_t connections = 64;
-    std::size_t of_one_address = 16;
-    /// Further connections, which get /livez and are refused everything else.
-    std::size_t for_health = 2;
-    std::size_t streams = 24;
-    std::uint32_t header_bytes = 8192;
-    std::uint64_t body_bytes = 65536;
-    std::chrono::milliseconds header_ms{2000}; ///< from the first byte of a request to the end of its header
-    std::chrono::milliseconds body_ms{5000}, write_ms{10000}, idle_ms{30000};
-};
-
 /// Serves until it is stopped. A stream whose client does not read loses it after write_ms; what it has not
 /// got waits in DaemonWatch, not here.
 class HttpServer {
 public:
-    /// Listens at `address`, "127.0.0.1:8420" or "[::1]:8420"; port 0: any free one. With `tls`, which
-    /// outlives this, it speaks HTTPS. Throws HardwareError.
-    HttpServer(const HttpLimits& limits, const std::string& address, const Tls* tls = nullptr);
+    /// Listens at those addresses, one or more like "127.0.0.1:8420" or "[::1]:8420"; port 0: any free one.
+    /// With `tls`, which outlives this, it speaks HTTPS. Throws HardwareError.
+    HttpServer(const HttpLimits& limits, const std::vector<std::string>& addresses, const Tls* tls = nullptr);
     ~HttpServer();
     HttpServer(const HttpServer&) = delete;
     HttpServer& operator=(const HttpServer&) = delete;
 
+    /// Of the first address.
     [[nodiscard]] std::uint16_t port() const;
     /// Serves live pictures, too; before run().
     void serve_live(std::shared_ptr<LivePictures> pictures);
@@ -54,12 +40,11 @@ private:
     const std::unique_ptr<Impl> impl_;
 };
 
-/// What a connection would answer to the first request in `bytes` without doing its job, for tests and
-/// fuzzing; none: the request is not whole.
-[[nodiscard]] std::optional<Response> answer_to(Routes& routes, const HttpLimits& limits,
-                                                std::string_view bytes);
-
-/// Whether an address "HOST:PORT" is of the loopback interface. Throws InputError if it is no address.
+/// Of an address "HOST:PORT": whether it is of the loopback interface, whether it is that of all interfaces,
+/// whether this machine has it, and its first part as in an URL. These throw InputError if it is no address.
 [[nodiscard]] bool is_loopback(const std::string& address);
+[[nodiscard]] bool is_wildcard(const std::string& address);
+[[nodiscard]] bool is_here(const std::string& address);
+[[nodiscard]] std::string host_of(const std::string& address);
 
 } // namespace obscura::web

@@ -126,7 +126,7 @@ int serve(const Options& options) {
     }
     std::optional<Tls> tls;
     if (secure) tls.emplace(options.certificate, options.key);
-    HttpServer server(HttpLimits{}, options.address, tls ? &*tls : nullptr);
+    HttpServer server(HttpLimits{}, {options.address}, tls ? &*tls : nullptr);
     const std::string host =
         fmt::format("{}:{}", options.address.substr(0, options.address.rfind(':')), server.port());
     const auto figures = std::make_shared<WebFigures>();

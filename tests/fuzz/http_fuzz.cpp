@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzz target: bytes of a client of the web server, its request parser, and the router with queries and
 // bodies.
-#include "web/http_server.hpp"
+#include "web/http_request.hpp"
 #include "web/routes.hpp"
 
 #include <chrono>
