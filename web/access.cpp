@@ -13,6 +13,7 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <span>
@@ -26,6 +27,23 @@ std::string lower(std::string_view text) {
     for (char& c : out)
         c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return out;
+}
+
+/// Of "SCHEME://NAME:PORT"; scheme and port may be missing.
+struct NameParts {
+    std::string_view scheme, name, port;
+};
+
+NameParts parts_of(std::string_view text) {
+    NameParts parts;
+    for (const std::string_view scheme : {"http://", "https://"})
+        if (text.starts_with(scheme)) parts.scheme = scheme;
+    parts.name = text.substr(parts.scheme.size());
+    const std::size_t colon = parts.name.rfind(':');
+    if (colon == std::string_view::npos || parts.name.ends_with(']')) return parts;
+    parts.port = parts.name.substr(colon + 1);
+    parts.name = parts.name.substr(0, colon);
+    return parts;
 }
 
 } // namespace
@@ -119,11 +137,21 @@ bool WrongTokens::too_many(const std::string& address, Clock::time_point now) co
     return found != times_.end() && found->second.size() >= most && now - found->second.front() < window;
 }
 
-OwnNames::OwnNames(const std::vector<std::string>& names, std::uint16_t port, bool secure)
-    : scheme_(secure ? "https://" : "http://") {
-    const auto add = [&](std::string_view name) {
-        hosts_.push_back(fmt::format("{}:{}", lower(name), port));
-        if (port == (secure ? 443 : 80)) hosts_.push_back(lower(name));
+OwnNames::OwnNames(const std::vector<std::string>& names, std::uint16_t port, bool secure) {
+    const auto add = [&](std::string_view text) {
+        const NameParts parts = parts_of(text);
+        const std::string name = lower(parts.name);
+        const std::string scheme =
+            parts.scheme.empty() ? secure ? "https://" : "http://" : lower(parts.scheme);
+        const std::string_view usual = scheme == "https://" ? "443" : "80";
+        const std::string number = !parts.port.empty()    ? std::string(parts.port)
+                                   : parts.scheme.empty() ? fmt::format("{}", port)
+                                                          : std::string(usual);
+        hosts_.push_back(fmt::format("{}:{}", name, number));
+        origins_.push_back(fmt::format("{}{}:{}", scheme, name, number));
+        if (number != usual) return;
+        hosts_.push_back(name);
+        origins_.push_back(scheme + name);
     };
     for (const char* own : {"localhost", "127.0.0.1", "[::1]"})
         add(own);
@@ -131,12 +159,31 @@ OwnNames::OwnNames(const std::vector<std::string>& names, std::uint16_t port, bo
         add(name);
 }
 
+bool OwnNames::is_name(std::string_view text) {
+    const NameParts parts = parts_of(text);
+    const bool colon = parts.port.empty() && text.ends_with(':');
+    const bool bracketed = parts.name.starts_with('[') && parts.name.ends_with(']');
+    std::uint16_t number = 1;
+    const auto [end, bad] = std::from_chars(parts.port.data(), parts.port.data() + parts.port.size(), number);
+    const bool good_port = parts.port.empty() ||
+                           (bad == std::errc{} && end == parts.port.data() + parts.port.size() && number > 0);
+    return !parts.name.empty() && !colon && good_port &&
+           std::all_of(parts.name.begin(), parts.name.end(), [&](unsigned char c) {
+               return std::isalnum(c) != 0 || c == '.' || c == '-' || c == '_' ||
+                      (bracketed && (c == ':' || c == '[' || c == ']'));
+           });
+}
+
+bool OwnNames::has_port(std::string_view text) {
+    return !parts_of(text).port.empty();
+}
+
 bool OwnNames::allows_host(std::string_view host) const {
     return std::find(hosts_.begin(), hosts_.end(), lower(host)) != hosts_.end();
 }
 
 bool OwnNames::allows_origin(std::string_view origin) const {
-    return origin.starts_with(scheme_) && allows_host(origin.substr(scheme_.size()));
+    return std::find(origins_.begin(), origins_.end(), lower(origin)) != origins_.end();
 }
 
 } // namespace obscura::web

@@ -80,17 +80,20 @@ private:
 /// pointed at this machine (DNS rebinding) sends another one.
 class OwnNames {
 public:
-    /// `names`: "bench.example.org"; localhost, 127.0.0.1 and [::1] are always allowed. `port`: of the
-    /// listener. `secure`: pages come by https.
+    /// `names`: "bench.example.org" at `port`, that of the listener; "localhost:9000" at another one, that of
+    /// a tunnel; "https://bench.example.org" of a proxy. localhost, 127.0.0.1 and [::1] are always allowed.
+    /// `secure`: pages come by https.
     OwnNames(const std::vector<std::string>& names, std::uint16_t port, bool secure = false);
+    /// Whether a name can be one of those: no path, no user, a port that is a number.
+    [[nodiscard]] static bool is_name(std::string_view name);
+    [[nodiscard]] static bool has_port(std::string_view name);
     /// `host`: header Host, as it stands.
     [[nodiscard]] bool allows_host(std::string_view host) const;
     /// `origin`: header Origin; a request without one does not come from a page.
     [[nodiscard]] bool allows_origin(std::string_view origin) const;
 
 private:
-    std::string scheme_;
-    std::vector<std::string> hosts_;
+    std::vector<std::string> hosts_, origins_;
 };
 
 } // namespace obscura::web

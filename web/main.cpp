@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Main program obscura-web: page, metrics and events of the daemons of this machine over HTTP.
 #include "core/error.hpp"
+#include "core/log.hpp"
 #include "core/terminal_text.hpp"
 #include "emulator/monitor/monitor_paths.hpp"
 #include "emulator/service_notify.hpp"
@@ -19,6 +20,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -28,6 +30,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #ifndef OBSCURA_VERSION
@@ -40,9 +44,8 @@ using namespace obscura;
 using namespace obscura::web;
 
 struct Options {
-    std::string address = "127.0.0.1:8420", tokens, new_token, name, role = "viewer", socket, certificate,
-                key;
-    std::vector<std::string> hosts;
+    std::string tokens, new_token, name, role = "viewer", socket, certificate, key;
+    std::vector<std::string> addresses, hosts;
     bool insecure = false, interface = false, version = false;
 };
 
@@ -57,9 +60,12 @@ tools::CommandLine declare(Options& options) {
                        "who asks needs a token, which is part of the link that is printed. With --tokens "
                        "FILE the tokens are those of the file, of which it holds the hashes only; otherwise "
                        "one is made for this run.";
-    line.option("--listen", &options.address, "ADDRESS:PORT", "Listen here; port 0: any free one");
+    line.option("--listen", &options.addresses, "ADDRESS:PORT",
+                "Listen here; port 0: any free one; may be given several times; default 127.0.0.1:8420 and "
+                "[::1]:8420");
     line.option("--host", &options.hosts, "NAME",
-                "Further name by which browsers may call this server; may be given several times");
+                "Further name by which browsers may call this server, as NAME or NAME:PORT, or https://NAME "
+                "behind a proxy; may be given several times");
     line.option("--tokens", &options.tokens, "FILE", "File of tokens, a line each: ROLE SHA256 [NAME]");
     line.option("--new-token", &options.new_token, "ROLE",
                 "Make a token, add it to the file of --tokens, print its link and end")
@@ -84,9 +90,27 @@ tools::CommandLine declare(Options& options) {
     return line;
 }
 
-std::string link(const Options& options, const std::string& host, const std::string& token) {
-    const std::string page = fmt::format("{}://{}/", options.certificate.empty() ? "http" : "https", host);
-    // What stands after "#" stays in the browser.
+/// Where it listens; by default also at ::1, if this machine has it.
+std::vector<std::string> addresses_of(const Options& options) {
+    if (!options.addresses.empty()) return options.addresses;
+    std::vector<std::string> addresses{"127.0.0.1:8420"};
+    if (const char* const other = "[::1]:8420"; is_here(other)) addresses.emplace_back(other);
+    return addresses;
+}
+
+/// The page's address by the name of the first --host, or that of the first address. `port`: of the listener.
+std::string page_of(const Options& options, const std::string& address, std::string_view port) {
+    const char* const scheme = options.certificate.empty() ? "http" : "https";
+    const std::string name = is_wildcard(address) ? "localhost" : host_of(address);
+    if (is_loopback(address) || options.hosts.empty()) return fmt::format("{}://{}:{}/", scheme, name, port);
+    const std::string& host = options.hosts.front();
+    if (host.find("://") != std::string::npos) return host + "/";
+    return OwnNames::has_port(host) ? fmt::format("{}://{}/", scheme, host)
+                                    : fmt::format("{}://{}:{}/", scheme, host, port);
+}
+
+/// What stands after "#" stays in the browser.
+std::string link(const std::string& page, const std::string& token) {
     return token.empty() ? page : fmt::format("{}#token={}", page, token);
 }
 
@@ -102,20 +126,70 @@ int make_token(const Options& options) {
     out << Tokens::line(*enum_named<Role>(options.new_token), token, options.name) << '\n';
     out.close();
     if (!out) throw OutputError(fmt::format("{}: {}", options.tokens, std::strerror(errno)));
-    fmt::print("{}\n", link(options, options.address, token));
+    const std::string address = addresses_of(options).front();
+    fmt::print(
+        "{}\n",
+        link(page_of(options, address, std::string_view(address).substr(address.rfind(':') + 1)), token));
     return exit_ok;
 }
+
+/// Says once that the page is served where a camera sends its frames.
+class SharedInterface {
+public:
+    explicit SharedInterface(std::vector<std::string> addresses) : addresses_(std::move(addresses)) {}
+
+    void look(const Sighting& sighting) {
+        for (const auto& state : sighting.states)
+            for (const auto& camera : state.at("cameras")) {
+                const auto address = camera.find("address");
+                if (said_ || address == camera.end() || !address->is_string()) continue;
+                if (const auto& text = address->get_ref<const std::string&>(); is_shared(text)) {
+                    said_ = true;
+                    log_warning(
+                        "web: the page is served at the interface of camera {}: viewers and its stream "
+                        "share the line; give --listen another address",
+                        text);
+                }
+            }
+    }
+
+private:
+    [[nodiscard]] bool is_shared(const std::string& camera) const {
+        try {
+            if (is_loopback(camera)) return false;
+            return std::any_of(addresses_.begin(), addresses_.end(), [&](const std::string& own) {
+                return is_wildcard(own) || host_of(own) == host_of(camera);
+            });
+        } catch (const InputError&) { // no GigE Vision, or a daemon of another version
+            return false;
+        }
+    }
+
+    const std::vector<std::string> addresses_;
+    bool said_ = false;
+};
 
 int serve(const Options& options) {
     if (options.certificate.empty() != options.key.empty())
         throw tools::UsageError("obscura-web: --tls-certificate and --tls-key are wanted together");
     const bool secure = !options.certificate.empty();
-    if (!is_loopback(options.address) && !secure && !options.insecure)
-        throw ConfigError(
-            fmt::format("obscura-web: --listen {}: not of the loopback interface: tokens would cross "
-                        "the network unencrypted. Use --tls-certificate, a tunnel (ssh -L "
-                        "8420:127.0.0.1:8420 HOST), or --insecure",
-                        options.address));
+    const std::vector<std::string> addresses = addresses_of(options);
+    std::vector<std::string> names = options.hosts;
+    for (const std::string& host : options.hosts)
+        if (!OwnNames::is_name(host))
+            throw tools::UsageError(fmt::format(
+                "obscura-web: --host {}: allowed are NAME, NAME:PORT, and either after https:// or http://",
+                host));
+    for (const std::string& address : addresses) {
+        // No page of another site can have a number as its name.
+        if (!is_wildcard(address)) names.push_back(host_of(address));
+        if (!is_loopback(address) && !secure && !options.insecure)
+            throw ConfigError(
+                fmt::format("obscura-web: --listen {}: not of the loopback interface: tokens would cross "
+                            "the network unencrypted. Use --tls-certificate, a tunnel (ssh -L "
+                            "8420:127.0.0.1:8420 HOST), or --insecure",
+                            address));
+    }
     Tokens tokens;
     std::string token;
     if (options.tokens.empty()) {
@@ -126,24 +200,26 @@ int serve(const Options& options) {
     }
     std::optional<Tls> tls;
     if (secure) tls.emplace(options.certificate, options.key);
-    HttpServer server(HttpLimits{}, {options.address}, tls ? &*tls : nullptr);
-    const std::string host =
-        fmt::format("{}:{}", options.address.substr(0, options.address.rfind(':')), server.port());
+    HttpServer server(HttpLimits{}, addresses, tls ? &*tls : nullptr);
     const auto figures = std::make_shared<WebFigures>();
     const auto frames = std::make_shared<KeptFrames>();
     const auto pictures = std::make_shared<LivePictures>(live_bytes_per_s, figures, frames);
     DaemonWatch watch(options.socket, std::chrono::milliseconds(500), pictures.get());
     pictures->when_wanted([&watch] { watch.look_soon(); });
     server.serve_live(pictures);
-    Routes routes({tokens, OwnNames(options.hosts, server.port(), secure), OBSCURA_VERSION, figures, frames},
-                  watch);
-    const std::string page = link(options, host, token);
+    Routes routes({tokens, OwnNames(names, server.port(), secure), OBSCURA_VERSION, figures, frames}, watch);
+    const std::string page =
+        link(page_of(options, addresses.front(), fmt::format("{}", server.port())), token);
     tools::remove_left_over_web_links();
     const LinkFile file(emulator::own_monitor_folder(), page);
     fmt::print("{}\n", page);
     std::fflush(stdout);
     emulator::notify_service_manager("READY=1");
-    server.run(routes, watch, [] { return tools::interrupted(); });
+    SharedInterface shared(addresses);
+    server.run(routes, watch, [&] {
+        shared.look(*watch.latest());
+        return tools::interrupted();
+    });
     emulator::notify_service_manager("STOPPING=1");
     return exit_ok;
 }

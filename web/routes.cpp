@@ -130,8 +130,11 @@ Response Routes::checked_answer(const Request& request, std::string_view& route)
     const std::string_view path = request.target.substr(0, request.target.find('?'));
     const std::string_view query =
         path.size() < request.target.size() ? request.target.substr(path.size() + 1) : std::string_view();
+    const std::string_view host = request.host.substr(0, 80);
     if (!request.has_host || !settings_.names.allows_host(request.host))
-        return problem(421, "wrong-host", "this server is not called so; --host allows further names");
+        return problem(421, "wrong-host",
+                       fmt::format("this server is not called \"{}\"; obscura-web --host {} allows that name",
+                                   host, host));
     if (request.has_origin && !settings_.names.allows_origin(request.origin))
         return problem(403, "foreign-origin", "a page of another site has asked");
     if (std::optional<Response> file = page_answer(path, request)) {

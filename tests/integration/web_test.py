@@ -185,6 +185,26 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
         check(f"{target} is no path", one.ask(target).status == 404)
     check("a value that is none is refused", one.ask("/api/v1/events?after=x").status == 422)
 
+    # Other names, addresses and ports.
+    named = Web("--socket", path, "--host", "https://Bench.example.org", "--host", "localhost:9000", "--host", "bench")
+    for host, origin, wanted in ("bench.example.org", "https://bench.example.org", 200), ("bench.example.org:443", None, 200), ("localhost:9000", "http://localhost:9000", 200), \
+            (f"bench:{named.port}", None, 200), ("bench.example.org", "http://bench.example.org", 403), ("bench.example.org:8420", None, 421), ("bench", None, 421), \
+            ("localhost:9001", None, 421):
+        headers = {"Host": host, **({"Origin": origin} if origin else {})}
+        check(f"Host {host}, Origin {origin}: {wanted}", named.ask("/api/v1/me", **headers).status == wanted)
+    wrong = json.loads(named.ask("/api/v1/me", Host="localhost:9001").text)["detail"]
+    check("a wrong name is answered with the option that allows it", "--host localhost:9001 " in wrong, wrong)
+    check("it ends well", named.end() == 0)
+    several = Web("--socket", path, "--listen", "127.0.0.2:0")
+    check("a further address is served, too", several.ask("/livez").status == 200 and several.end() == 0)
+    for name in "a/b", "b:x", "", "https://", "b:0":
+        refused = subprocess.run([web, "--host", name], capture_output=True, text=True)
+        check(f"--host {name!r} is refused", refused.returncode == 64 and refused.stderr.count("\n") == 1, refused)
+    for options, wanted in ((), "http://127.0.0.1:8420/"), (("--listen", "0.0.0.0:80"), "http://localhost:80/"), (("--listen", "192.0.2.1:8420", "--host", "bench"), "http://bench:8420/"), \
+            (("--listen", "192.0.2.1:8420", "--host", "https://bench"), "https://bench/"), (("--listen", "[::1]:8420", "--host", "bench"), "http://[::1]:8420/"):
+        link = subprocess.run([web, "--tokens", folder / "links", "--new-token", "viewer", *options], capture_output=True, text=True).stdout
+        check(f"{' '.join(options) or 'the default address'}: the link is {wanted}", link.startswith(f"{wanted}#token="), link)
+
     # Bytes of clients that follow no rule, among them wrong tokens, after which an address waits: a server of their own.
     rude = Web("--socket", path, "--role", "operator")
     good = f"GET /api/v1/state HTTP/1.1\r\nHost: localhost:{rude.port}\r\nAuthorization: Bearer {rude.token}\r\n".encode()

@@ -164,3 +164,39 @@ TEST_CASE("addresses are read as they are written", "[web]") {
     CHECK(is_here("127.0.0.1:8420"));
     CHECK_FALSE(is_here("192.0.2.1:8420"));
 }
+
+TEST_CASE("a server has the names that it is given", "[web]") {
+    const OwnNames plain({"bench", "localhost:9000", "https://Proxy.example.org", "http://p.example.org:81"},
+                         8420);
+    for (const char* host : {"localhost:8420", "127.0.0.1:8420", "[::1]:8420", "BENCH:8420", "localhost:9000",
+                             "proxy.example.org", "proxy.example.org:443", "p.example.org:81"}) {
+        CAPTURE(host);
+        CHECK(plain.allows_host(host));
+    }
+    for (const char* host : {"bench", "bench:80", "localhost", "localhost:9001", "proxy.example.org:8420", "",
+                             "p.example.org", "127.0.0.1", "evil.example.org:8420"}) {
+        CAPTURE(host);
+        CHECK_FALSE(plain.allows_host(host));
+    }
+    for (const char* origin : {"http://localhost:8420", "http://bench:8420", "http://localhost:9000",
+                               "https://proxy.example.org", "http://p.example.org:81"}) {
+        CAPTURE(origin);
+        CHECK(plain.allows_origin(origin));
+    }
+    // Not by another scheme than that of the name.
+    for (const char* origin : {"https://localhost:8420", "http://proxy.example.org",
+                               "https://p.example.org:81", "null", "http://bench", ""}) {
+        CAPTURE(origin);
+        CHECK_FALSE(plain.allows_origin(origin));
+    }
+    const OwnNames secure({}, 443, true);
+    CHECK(secure.allows_host("localhost"));
+    CHECK(secure.allows_origin("https://localhost"));
+    CHECK_FALSE(secure.allows_origin("http://localhost"));
+    for (const char* good :
+         {"bench", "bench.example.org", "localhost:9000", "https://b", "http://b:81", "[::1]:8421"})
+        CHECK(OwnNames::is_name(good));
+    for (const char* bad : {"", "https://", "b/", "b:", "b:0", "b:99999", "b:x", "https://b/p", "a b",
+                            "user@b", "::1", "ftp://b"})
+        CHECK_FALSE(OwnNames::is_name(bad));
+}
