@@ -8,6 +8,7 @@
 #include "core/terminal_text.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/control/call_server.hpp"
+#include "emulator/control/configuration_call.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/monitor/monitor.hpp"
 #include "emulator/service_notify.hpp"
@@ -95,19 +96,20 @@ bool load_tiles(emulator::Daemon& daemon) {
     return made;
 }
 
-// Reloads the configuration as a whole; the old one stays in use if the new one is not valid or not
-// reloadable. `by`: who wants it. Returns why nothing has changed; empty: it is in use.
-std::string reload(emulator::Daemon& daemon, const std::string& config_file, std::string_view by,
-                   const std::function<bool()>& meanwhile) {
+// Takes on another configuration as a whole; the old one stays in use if the new one is not valid or not
+// reloadable. `by`: who wants it; `what`: the words for it. Returns why nothing has changed; empty: it is in
+// use.
+std::string reload(emulator::Daemon& daemon, const std::function<emulator::DaemonConfig()>& make,
+                   std::string_view by, std::string_view what, const std::function<bool()>& meanwhile) {
     std::string why;
     emulator::notify_service_manager(
         fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicClock().now().ns / ns_per_us));
     try {
-        const emulator::DaemonConfig next = emulator::load_config(config_file);
+        const emulator::DaemonConfig next = make();
         const std::string refusal = daemon.reload(next, meanwhile);
         if (refusal.empty()) {
             set_log_level(next.daemon.log_level);
-            log_notice("{}: {} taken on", by, config_file);
+            log_notice("{}: {} taken on", by, what);
         } else {
             why = refusal;
         }
@@ -158,20 +160,30 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallS
             log_notice("{}: stopping", signal == SIGTERM ? "SIGTERM" : "SIGINT");
             return;
         }
+        const auto file_again = [&] { return emulator::load_config(options.config_file); };
         if (signal == SIGHUP)
-            (void)reload(daemon, options.config_file, "SIGHUP", [&] {
+            (void)reload(daemon, file_again, "SIGHUP", options.config_file, [&] {
                 mind();
                 return !stop_is_pending();
             });
-        calls.load_scene([&](const std::filesystem::path& file, const std::function<bool()>& wanted) {
-            const auto meanwhile = [&] {
+        const auto until = [&](const std::function<bool()>& wanted) {
+            return [&mind, &wanted] {
                 mind();
                 return wanted() && !stop_is_pending();
             };
-            return file == emulator::SceneRequests::configured
-                       ? reload(daemon, options.config_file, "reload", meanwhile)
-                       : daemon.reload(emulator::with_scene(daemon.config(), file), meanwhile);
-        });
+        };
+        calls.serve_requests(
+            [&](const std::filesystem::path& file, const std::function<bool()>& wanted) {
+                return file == emulator::SceneRequests::configured
+                           ? reload(daemon, file_again, "reload", options.config_file, until(wanted))
+                           : daemon.reload(emulator::with_scene(daemon.config(), file), until(wanted));
+            },
+            [&](const config::Value& tables, const std::function<bool()>& wanted) {
+                const char* const by = emulator::set_configuration_name;
+                return reload(
+                    daemon, [&] { return emulator::with_values(daemon.config(), tables, by); }, by,
+                    "other values", until(wanted));
+            });
         if (signal == SIGUSR1) {
             log_notice("SIGUSR1: {}", daemon.summary());
             if (!options.statistics_file.empty()) write_statistics(daemon, options.statistics_file);

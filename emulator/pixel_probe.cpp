@@ -137,11 +137,9 @@ void PixelProbe::take_poses_of(const ProbedFrame& frame) {
             fmt::format("probe: the poses of frame {} are not known any more", frame.info.frame_id));
 }
 
-PixelProbe::Place PixelProbe::place_of(const ProbedFrame& frame, std::int32_t x, std::int32_t y) const {
+FrameLight PixelProbe::light_of(const ProbedFrame& frame) const {
     const FrameInfo& info = frame.info;
-    const std::size_t w = *window_of(info, x, y);
-    Place place;
-    FrameLight& light = place.light;
+    FrameLight light;
     light.renderer = renderer_.get();
     light.frame_id = info.frame_id;
     light.push_broom = readout_.shutter == Shutter::push_broom;
@@ -151,6 +149,14 @@ PixelProbe::Place PixelProbe::place_of(const ProbedFrame& frame, std::int32_t x,
         light.rows.push_back({frame.origin.shown.at(frame.origin.planned(row.reset)),
                               frame.origin.shown.at(frame.origin.planned(row.read))});
     light.common_mid = renderer::common_mid(light.rows);
+    return light;
+}
+
+PixelProbe::Place PixelProbe::place_of(const ProbedFrame& frame, std::int32_t x, std::int32_t y) const {
+    const std::size_t w = *window_of(frame.info, x, y);
+    Place place;
+    FrameLight& light = place.light;
+    light = light_of(frame);
 
     FrameLight::Window& window = light.windows[w];
     window.sensor.x += x;
@@ -249,6 +255,39 @@ ProbedPixel PixelProbe::probe(const ProbedFrame& frame, std::int32_t x, std::int
     if (!light.samples.empty()) pixel.samples = static_cast<double>(light.samples[light.index]);
     pixel.mean_e = mean_electrons(frame, place, light);
     return pixel;
+}
+
+std::vector<float> PixelProbe::irradiance(const ProbedFrame& frame, const std::atomic<bool>& cancel) {
+    take_poses_of(frame);
+    const FrameLight light = light_of(frame);
+    const auto width = static_cast<std::size_t>(frame.info.width);
+    const std::size_t plane = width * static_cast<std::size_t>(frame.info.height);
+    std::vector<float> image(renderer_->band_count() * plane), part;
+    constexpr std::int32_t block_rows = 16;
+    // Of the widest window; a probed pixel needs far less.
+    renderer::Workspace workspace(*renderer_, frame.info.width, block_rows);
+    BlockRenderer blocks(block_rows);
+    for (std::size_t w = 0; w < light.windows.size(); ++w) {
+        const FrameLight::Window& window = light.windows[w];
+        const auto columns = static_cast<std::size_t>(window.sensor.width);
+        for (std::int32_t first = 0; first < window.sensor.height; first += block_rows) {
+            RowBlock block;
+            block.window = w;
+            block.first_row = window.image_y + first;
+            block.rows = std::min(block_rows, window.sensor.height - first);
+            part.resize(light.floats(block));
+            if (!blocks.render(light, block, part, &cancel, {&workspace}))
+                throw service::Failure(service::FailureCode::cancelled, "cancelled");
+            auto row = part.begin();
+            for (std::size_t b = 0; b < renderer_->band_count(); ++b)
+                for (std::int32_t r = 0; r < block.rows; ++r, row += static_cast<std::ptrdiff_t>(columns))
+                    std::copy_n(row, columns,
+                                image.begin() +
+                                    static_cast<std::ptrdiff_t>(
+                                        b * plane + static_cast<std::size_t>(block.first_row + r) * width));
+        }
+    }
+    return image;
 }
 
 } // namespace obscura::emulator

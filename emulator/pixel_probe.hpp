@@ -70,6 +70,9 @@ public:
     /// if the poses of a live scene are not known any more.
     [[nodiscard]] ProbedPixel probe(const ProbedFrame& frame, std::int32_t x, std::int32_t y,
                                     const std::atomic<bool>& cancel);
+    /// Irradiance at the entrance pupil of all pixels of a frame of that scene, W/m2: bands x height x width,
+    /// 0 beside narrow windows. Throws as probe().
+    [[nodiscard]] std::vector<float> irradiance(const ProbedFrame& frame, const std::atomic<bool>& cancel);
 
 private:
     struct Place;
@@ -77,6 +80,7 @@ private:
 
     void attach_shifts(scene::Scene& scene);
     void take_poses_of(const ProbedFrame& frame);
+    [[nodiscard]] FrameLight light_of(const ProbedFrame& frame) const;
     [[nodiscard]] Place place_of(const ProbedFrame& frame, std::int32_t x, std::int32_t y) const;
     [[nodiscard]] std::optional<double> mean_electrons(const ProbedFrame& frame, const Place& place,
                                                        const Light& light) const;

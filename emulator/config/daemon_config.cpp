@@ -3,6 +3,7 @@
 
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "core/suggestion.hpp"
 #include "emulator/config/initial_camera.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene_files/scene_file.hpp"
@@ -371,6 +372,55 @@ DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_
                                           file.string()));
         take_pixels_of_sensor(*camera);
     }
+    return config;
+}
+
+DaemonConfig with_values(DaemonConfig config, const config::Value& tables, const std::string& by) {
+    const config::Where top{by, ""};
+    config::Mistakes mistakes;
+    std::vector<std::string> paths, known;
+    // Another scene is shown by scene.show.
+    const auto can_change = [](std::string_view section, const config::Key& key) {
+        return key.is_reloadable() && section != "scene";
+    };
+    const std::vector<config::Section> shared = shared_sections(config);
+    const config::Section whole = root_section(config);
+    for (const config::Section& section : whole.tables) {
+        const bool is_shared = section.name == "trigger" ||
+                               std::any_of(shared.begin(), shared.end(), [&](const config::Section& one) {
+                                   return one.name == section.name;
+                               });
+        for (const config::Key& key : section.keys)
+            if (can_change(section.name, key) && (is_shared || !config.several))
+                known.push_back(fmt::format("{}.{}", section.name, key.name));
+    }
+    for (const config::Member& table : tables.members) {
+        mistakes.collect([&] { (void)expect_table(table.value, top.in(table.key)); });
+        for (const config::Member& member : table.value.members) {
+            paths.push_back(fmt::format("{}.{}", table.key, member.key));
+            if (std::find(known.begin(), known.end(), paths.back()) == known.end())
+                mistakes.add(top.in(table.key).in(member.key), member.at,
+                             fmt::format("cannot change while the daemon runs, {}",
+                                         suggestion(paths.back(), {known.begin(), known.end()})));
+        }
+    }
+    mistakes.throw_if_any();
+    std::vector<DaemonConfig*> cameras{&config};
+    for (DaemonConfig& other : config.others)
+        cameras.push_back(&other);
+    for (DaemonConfig* camera : cameras) {
+        const config::Section own = root_section(*camera);
+        for (const config::Section& section : own.tables) {
+            const config::Member* const table = tables.find(section.name);
+            if (table == nullptr || (section.name == "trigger" && camera->own_trigger)) continue;
+            read_section(&table->value, table->at, top.in(section.name), section, mistakes);
+        }
+    }
+    mistakes.throw_if_any();
+    if (!config.several) check_together(config, {tables, top, top.in("camera")}, mistakes);
+    mistakes.throw_if_any();
+    for (const std::string& path : paths)
+        config.sources[path] = by;
     return config;
 }
 

@@ -73,6 +73,12 @@ struct DaemonConfig {
 /// ConfigError as load_config() does.
 [[nodiscard]] DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_file);
 
+/// The configuration with other values of reloadable keys: `tables` as those of a file, {trigger: {rate_hz:
+/// 20}}, which `by` has given, whose name stands for the file in messages. Of several cameras those of tables
+/// that all share. Throws ConfigError as load_config() does.
+[[nodiscard]] DaemonConfig with_values(DaemonConfig config, const config::Value& tables,
+                                       const std::string& by);
+
 /// Whether a reload accepts a new value of the key at this dotted path, as print_config() names it.
 [[nodiscard]] bool is_reloadable(const std::string& path);
 

@@ -32,9 +32,11 @@ public:
     void start();
     /// To be called several times a second.
     void tick() { host_.tick(); }
-    /// Loads the scene that a client has asked for, if any, see SceneRequests. To be called several times a
-    /// second, not within Daemon::reload().
-    void load_scene(const SceneRequests::Load& load) { host_.scene_requests().serve(load); }
+    /// Loads the scene, or takes on the values, that a client has asked for, if any, see SceneRequests. To be
+    /// called several times a second, not within Daemon::reload().
+    void serve_requests(const SceneRequests::Load& load, const SceneRequests::Change& change) {
+        host_.scene_requests().serve(load, change);
+    }
     /// Ends all connections, before Daemon::stop().
     void stop();
 

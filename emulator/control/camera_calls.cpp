@@ -247,11 +247,17 @@ Answer CameraCalls::features(const Choice& choice) const {
     json rows = service::describe(keys);
     const json now = values_of(keys);
     const bool acquiring = chosen.acquiring();
+    std::size_t number = 0;
     for (json& row : rows) {
         const auto name = row["name"].get<std::string>();
         row.erase("default");
         row["value"] = now.at(name);
         row["category"] = category_of(name);
+        if (const config::Range& range = keys[number++].range();
+            std::isfinite(range.min) && std::isfinite(range.max)) {
+            row["min"] = range.min;
+            row["max"] = range.max;
+        }
         if (const std::int64_t increment = increment_of(name, chosen.limits()); increment > 0)
             row["increment"] = increment;
         row["locked"] = acquiring && is_fixed_while_acquiring(name);

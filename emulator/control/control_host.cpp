@@ -70,11 +70,14 @@ public:
         for (service::Call& call : device_calls(cameras_))
             calls.push_back(std::move(call));
         calls.push_back(truth_call(cameras_));
-        calls.push_back(
-            probe_call(cameras_, host_.probes(), [this](std::size_t camera, const FrameInfo& frame) {
-                return host_.probe_source(camera, frame);
-            }));
-        calls.push_back(configuration_call([this] { return host_.configuration(); }));
+        const auto source = [this](std::size_t camera, const FrameInfo& frame) {
+            return host_.probe_source(camera, frame);
+        };
+        calls.push_back(probe_call(cameras_, host_.probes(), source));
+        calls.push_back(irradiance_call(cameras_, host_.probes(), source));
+        for (service::Call& call :
+             configuration_calls(host_.scene_requests(), [this] { return host_.configuration(); }))
+            calls.push_back(std::move(call));
         for (service::Call& call : daemon_calls(cameras_, host_.scene_requests(),
                                                 [this](std::size_t camera) { return host_.release(camera); }))
             calls.push_back(std::move(call));

@@ -45,21 +45,12 @@ json json_of(const Vec3& v) {
 Answer answer_of(transports::WatchedFrame& frame, const Arguments& arguments) {
     const FrameInfo& info = frame.info;
     const auto width = static_cast<std::size_t>(info.width), height = static_cast<std::size_t>(info.height);
-    const Quat& q = info.truth.camera.orientation;
     Answer answer;
-    answer.head = {{"number", frame.number},
-                   {"skipped", arguments.after > 0 ? frame.number - arguments.after - 1 : 0},
-                   {"frame", info.frame_id},
-                   {"trigger", info.trigger_id},
-                   {"edge_tai_ns", info.trigger_edge.ns + info.tai_offset_ns},
-                   {"exposure_us", static_cast<double>(info.exposure_ns) / 1e3},
-                   {"gain_db", info.gain_db},
-                   {"bits", info.bits_per_pixel},
-                   {"rows", frame.rows},
-                   {"flags", frame.flags},
-                   {"mid_exposure_tai_ns", info.truth.mid_exposure.ns + info.tai_offset_ns},
-                   {"camera_position_m", json_of(info.truth.camera.position_m)},
-                   {"camera_orientation", {q.w, q.x, q.y, q.z}}};
+    answer.head = frame_head(info);
+    answer.head["number"] = frame.number;
+    answer.head["skipped"] = arguments.after > 0 ? frame.number - arguments.after - 1 : 0;
+    answer.head["rows"] = frame.rows;
+    answer.head["flags"] = frame.flags;
     answer.arrays.push_back({"pixels", {height, width}, std::move(frame.pixels)});
     service::encode(answer.arrays.back(), arguments.codec);
     return answer;
@@ -163,26 +154,46 @@ Answer stream(const CameraCalls::Cameras& cameras, StreamArguments arguments, Wo
 }
 
 std::vector<service::Result> frame_results() {
-    return {{"pixels", "array uint16 [height, width]", "DN", "Digital numbers, first row on top"},
-            {"number", "integer", "", "Counts the frames that were looked at, for `after`"},
-            {"skipped", "integer", "", "Frames between that of `after` and this one"},
-            {"frame", "integer", "", "Number of the frame in its acquisition"},
+    std::vector<service::Result> all{
+        {"pixels", "array uint16 [height, width]", "DN", "Digital numbers, first row on top"},
+        {"number", "integer", "", "Counts the frames that were looked at, for `after`"},
+        {"skipped", "integer", "", "Frames between that of `after` and this one"},
+        {"rows", "integer", "", "Rows that are there; the others of an abandoned frame are 0"},
+        {"flags", "integer", "", "Flags of the frame, see docs/images.md"}};
+    for (service::Result& result : frame_head_results())
+        all.push_back(std::move(result));
+    all.push_back({"config_sha256", "string", "",
+                   "Of the configuration in use when the frame is asked for, as in the call configuration"});
+    return all;
+}
+
+} // namespace
+
+json frame_head(const FrameInfo& info) {
+    const Quat& q = info.truth.camera.orientation;
+    return {{"frame", info.frame_id},
+            {"trigger", info.trigger_id},
+            {"edge_tai_ns", info.trigger_edge.ns + info.tai_offset_ns},
+            {"exposure_us", static_cast<double>(info.exposure_ns) / 1e3},
+            {"gain_db", info.gain_db},
+            {"bits", info.bits_per_pixel},
+            {"mid_exposure_tai_ns", info.truth.mid_exposure.ns + info.tai_offset_ns},
+            {"camera_position_m", json_of(info.truth.camera.position_m)},
+            {"camera_orientation", {q.w, q.x, q.y, q.z}}};
+}
+
+std::vector<service::Result> frame_head_results() {
+    return {{"frame", "integer", "", "Number of the frame in its acquisition"},
             {"trigger", "integer", "", "Number of the trigger"},
             {"edge_tai_ns", "integer", "ns", "Instant of the trigger's edge, TAI"},
             {"exposure_us", "number", "us", "ExposureTime"},
             {"gain_db", "number", "dB", "Gain"},
             {"bits", "integer", "", "Digital numbers are less than 2^bits"},
-            {"rows", "integer", "", "Rows that are there; the others of an abandoned frame are 0"},
-            {"flags", "integer", "", "Flags of the frame, see docs/images.md"},
             {"mid_exposure_tai_ns", "integer", "ns", "Middle of the exposure, TAI"},
             {"camera_position_m", "array of 3 numbers", "m", "True position of the camera then, inertial"},
             {"camera_orientation", "array of 4 numbers", "",
-             "Quaternion w, x, y, z: from camera to inertial axes"},
-            {"config_sha256", "string", "",
-             "Of the configuration in use when the frame is asked for, as in the call configuration"}};
+             "Quaternion w, x, y, z: from camera to inertial axes"}};
 }
-
-} // namespace
 
 service::Call frame_call(const CameraCalls::Cameras& cameras) {
     service::Call call = service::call<FrameArguments>(

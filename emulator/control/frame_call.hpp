@@ -5,7 +5,16 @@
 #include "emulator/control/camera_calls.hpp"
 #include "service/call.hpp"
 
+#include <nlohmann/json.hpp>
+
+#include <vector>
+
 namespace obscura::emulator {
+
+/// What the calls tell of a frame, besides its place in the series.
+[[nodiscard]] nlohmann::json frame_head(const FrameInfo& info);
+/// Rows of the reference for that.
+[[nodiscard]] std::vector<service::Result> frame_head_results();
 
 /// The rows; `cameras` outlives them.
 [[nodiscard]] service::Call frame_call(const CameraCalls::Cameras& cameras);

@@ -35,27 +35,49 @@ PixelProbe& PixelProbes::probe_of(std::size_t camera, const CameraUnit::ProbeSou
     return *probe;
 }
 
-ProbedPixel PixelProbes::probe(std::size_t camera, const CameraUnit::ProbeSource& source,
-                               const FrameInfo& info, const std::vector<RowTime>& row_times, std::int32_t x,
-                               std::int32_t y, const std::atomic<bool>& given_up) {
+template<typename Answer, typename Ask>
+Answer PixelProbes::answer_of(std::size_t camera, const CameraUnit::ProbeSource& source,
+                              const FrameInfo& info, const std::vector<RowTime>& row_times, Ask ask,
+                              const std::atomic<bool>& given_up) {
     // Lives on where the client gives up.
     struct Asked {
         CameraUnit::ProbeSource source;
         FrameInfo info;
         std::vector<RowTime> row_times;
-        ProbedPixel pixel;
+        Answer answer;
     };
     const auto asked = std::make_shared<Asked>(Asked{source, info, row_times, {}});
     thread_.run(
-        [this, camera, asked, x, y](const std::atomic<bool>& cancel) {
+        [this, camera, asked, ask](const std::atomic<bool>& cancel) {
             alone_.execute([&] {
-                asked->pixel =
-                    probe_of(camera, asked->source)
-                        .probe({asked->info, asked->row_times, asked->source.origin}, x, y, cancel);
+                asked->answer = ask(probe_of(camera, asked->source),
+                                    ProbedFrame{asked->info, asked->row_times, asked->source.origin}, cancel);
             });
         },
         given_up);
-    return asked->pixel;
+    return std::move(asked->answer);
+}
+
+ProbedPixel PixelProbes::probe(std::size_t camera, const CameraUnit::ProbeSource& source,
+                               const FrameInfo& info, const std::vector<RowTime>& row_times, std::int32_t x,
+                               std::int32_t y, const std::atomic<bool>& given_up) {
+    return answer_of<ProbedPixel>(
+        camera, source, info, row_times,
+        [x, y](PixelProbe& probe, const ProbedFrame& frame, const std::atomic<bool>& cancel) {
+            return probe.probe(frame, x, y, cancel);
+        },
+        given_up);
+}
+
+std::vector<float> PixelProbes::irradiance(std::size_t camera, const CameraUnit::ProbeSource& source,
+                                           const FrameInfo& info, const std::vector<RowTime>& row_times,
+                                           const std::atomic<bool>& given_up) {
+    return answer_of<std::vector<float>>(
+        camera, source, info, row_times,
+        [](PixelProbe& probe, const ProbedFrame& frame, const std::atomic<bool>& cancel) {
+            return probe.irradiance(frame, cancel);
+        },
+        given_up);
 }
 
 } // namespace obscura::emulator

@@ -34,12 +34,21 @@ public:
     [[nodiscard]] ProbedPixel probe(std::size_t camera, const CameraUnit::ProbeSource& source,
                                     const FrameInfo& info, const std::vector<RowTime>& row_times,
                                     std::int32_t x, std::int32_t y, const std::atomic<bool>& given_up);
+    /// Irradiance of all pixels of such a frame, see PixelProbe::irradiance(). Throws as probe().
+    [[nodiscard]] std::vector<float> irradiance(std::size_t camera, const CameraUnit::ProbeSource& source,
+                                                const FrameInfo& info, const std::vector<RowTime>& row_times,
+                                                const std::atomic<bool>& given_up);
     /// Refuses requests from now on.
     void close() { thread_.close(); }
     /// Scenes that are held now.
     [[nodiscard]] std::size_t held() const noexcept { return held_.load(); }
 
 private:
+    /// What `ask` answers of the camera's probe and the frame, on the thread.
+    template<typename Answer, typename Ask>
+    [[nodiscard]] Answer answer_of(std::size_t camera, const CameraUnit::ProbeSource& source,
+                                   const FrameInfo& info, const std::vector<RowTime>& row_times, Ask ask,
+                                   const std::atomic<bool>& given_up);
     [[nodiscard]] PixelProbe& probe_of(std::size_t camera, const CameraUnit::ProbeSource& source);
 
     // Of the thread.

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/probe_call.hpp"
 
+#include "emulator/control/frame_call.hpp"
 #include "transports/watch/watch.hpp"
 
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace obscura::emulator {
 namespace {
@@ -23,17 +27,13 @@ using service::FailureCode;
 using service::Fields;
 using service::Work;
 
-struct Arguments {
-    std::uint32_t camera = 0, x = 0, y = 0;
+struct FrameArguments {
+    std::uint32_t camera = 0;
     std::uint64_t frame = 0;
     double wait_s = 2;
 
     Fields fields() {
         return {{camera_key(&camera),
-                 config::key("x", &x).unit("px").range(0, 65535).required().help(
-                     "Column of the image, from 0 on the left"),
-                 config::key("y", &y).unit("px").range(0, 65535).required().help(
-                     "Row of the image, from 0 on top"),
                  config::key("frame", &frame)
                      .range(0, 9e15)
                      .help("Number of the frame in its acquisition, one of the newest; 0: the newest"),
@@ -44,8 +44,23 @@ struct Arguments {
     }
 };
 
-Failure not_now(const std::string& message) {
-    return {FailureCode::not_now, "probe: " + message};
+struct Arguments : FrameArguments {
+    std::uint32_t x = 0, y = 0;
+
+    Fields fields() {
+        Fields all = FrameArguments::fields();
+        config::Keys place{config::key("x", &x).unit("px").range(0, 65535).required().help(
+                               "Column of the image, from 0 on the left"),
+                           config::key("y", &y).unit("px").range(0, 65535).required().help(
+                               "Row of the image, from 0 on top")};
+        all.keys.insert(all.keys.begin() + 1, std::make_move_iterator(place.begin()),
+                        std::make_move_iterator(place.end()));
+        return all;
+    }
+};
+
+Failure not_now(const std::string& message, const char* call = "probe") {
+    return {FailureCode::not_now, fmt::format("{}: {}", call, message)};
 }
 
 /// null where there is none.
@@ -54,18 +69,29 @@ json json_of(const std::optional<Value>& value) {
     return value ? json(*value) : json();
 }
 
-/// The frame that is meant, if it has that pixel.
-transports::KeptFrame frame_of(transports::WatchTransport& watch, const Arguments& arguments,
-                               const Work& work) {
+/// The frame that is meant, if its pixels are its own.
+transports::KeptFrame frame_of(transports::WatchTransport& watch, const FrameArguments& arguments,
+                               const Work& work, const char* call) {
     const auto until = std::chrono::steady_clock::now() +
                        std::chrono::microseconds(static_cast<std::int64_t>(arguments.wait_s * 1e6));
     auto frame = watch.kept(arguments.frame, until, work.cancelled());
     if (work.cancelled()) throw service::cancelled();
-    if (!frame) throw not_now(fmt::format("no frame came in {} s", arguments.wait_s));
+    if (!frame) throw not_now(fmt::format("no frame came in {} s", arguments.wait_s), call);
     const FrameInfo& info = frame->info;
     if (arguments.frame > 0 && info.frame_id != arguments.frame)
         throw not_now(fmt::format("frame {} is not kept any more, the newest one is {}", arguments.frame,
-                                  info.frame_id));
+                                  info.frame_id),
+                      call);
+    if ((frame->flags & (frame_repeated | frame_dropped)) != 0)
+        throw not_now(fmt::format("frame {} has pixels of an earlier frame, or none", info.frame_id), call);
+    return std::move(*frame);
+}
+
+/// Such a frame that has the pixel.
+transports::KeptFrame frame_with_pixel(transports::WatchTransport& watch, const Arguments& arguments,
+                                       const Work& work) {
+    transports::KeptFrame frame = frame_of(watch, arguments, work, "probe");
+    const FrameInfo& info = frame.info;
     const auto check = [](const char* name, std::uint32_t value, std::int32_t size) {
         if (value < static_cast<std::uint32_t>(size)) return;
         const std::string allowed = fmt::format("0 to {}", size - 1);
@@ -75,14 +101,12 @@ transports::KeptFrame frame_of(transports::WatchTransport& watch, const Argument
     };
     check("x", arguments.x, info.width);
     check("y", arguments.y, info.height);
-    if (arguments.y >= static_cast<std::uint32_t>(frame->rows))
-        throw not_now(fmt::format("frame {} has {} rows only", info.frame_id, frame->rows));
-    if ((frame->flags & (frame_repeated | frame_dropped)) != 0)
-        throw not_now(fmt::format("frame {} has pixels of an earlier frame, or none", info.frame_id));
+    if (arguments.y >= static_cast<std::uint32_t>(frame.rows))
+        throw not_now(fmt::format("frame {} has {} rows only", info.frame_id, frame.rows));
     if (!window_of(info, static_cast<std::int32_t>(arguments.x), static_cast<std::int32_t>(arguments.y)))
         throw bad_argument("x", fmt::format("probe: x: {} is right of the window that row {} is of",
                                             arguments.x, arguments.y));
-    return std::move(*frame);
+    return frame;
 }
 
 /// Electrons of a digital number by the detector's linear model, and its text.
@@ -97,16 +121,22 @@ json electrons_of(double dn, const FrameInfo& info, const DetectorSettings& dete
     return (dn - origin.black_level_dn) / (detector.gain_dn_per_e * std::pow(10.0, info.gain_db / 20));
 }
 
+/// As they were written, without the rounding of metres.
+std::array<double, 2> wavelengths_nm(const SpectralBand& band) {
+    return {std::round(1e15 * band.from_m) / 1e6, std::round(1e15 * band.to_m) / 1e6};
+}
+
+std::string band_name(const SpectralBand& band) {
+    const auto [from_nm, to_nm] = wavelengths_nm(band);
+    return fmt::format("{}-{}nm", std::lround(from_nm), std::lround(to_nm));
+}
+
 json bands_of(const std::vector<SpectralBand>& bands, const std::vector<double>& irradiance_w_m2) {
     json list = json::array();
-    for (std::size_t b = 0; b < bands.size(); ++b) {
-        // As they were written, without the rounding of metres.
-        const double from_nm = std::round(1e15 * bands[b].from_m) / 1e6;
-        const double to_nm = std::round(1e15 * bands[b].to_m) / 1e6;
-        list.push_back({{"name", fmt::format("{}-{}nm", std::lround(from_nm), std::lround(to_nm))},
-                        {"wavelength_nm", {from_nm, to_nm}},
+    for (std::size_t b = 0; b < bands.size(); ++b)
+        list.push_back({{"name", band_name(bands[b])},
+                        {"wavelength_nm", wavelengths_nm(bands[b])},
                         {"irradiance_w_m2", irradiance_w_m2[b]}});
-    }
     return list;
 }
 
@@ -114,7 +144,7 @@ Answer probe(const CameraCalls::Cameras& cameras, PixelProbes& probes, const Pro
              const Arguments& arguments, const Work& work) {
     transports::WatchTransport* const watch = checked_camera(cameras, arguments.camera).watch;
     if (watch == nullptr) throw not_now("the daemon keeps no frames for calls");
-    const transports::KeptFrame frame = frame_of(*watch, arguments, work);
+    const transports::KeptFrame frame = frame_with_pixel(*watch, arguments, work);
     const FrameInfo& info = frame.info;
     const auto x = static_cast<std::int32_t>(arguments.x), y = static_cast<std::int32_t>(arguments.y);
     const auto kept = watch->pixel(frame, x, y);
@@ -146,7 +176,49 @@ Answer probe(const CameraCalls::Cameras& cameras, PixelProbes& probes, const Pro
              {"samples", json_of(pixel.samples)}}};
 }
 
+Answer irradiance(const CameraCalls::Cameras& cameras, PixelProbes& probes, const ProbeSourceOf& source_of,
+                  const FrameArguments& arguments, Work& work) {
+    transports::WatchTransport* const watch = checked_camera(cameras, arguments.camera).watch;
+    if (watch == nullptr) throw not_now("the daemon keeps no frames for calls", "irradiance");
+    const transports::KeptFrame frame = frame_of(*watch, arguments, work, "irradiance");
+    const FrameInfo& info = frame.info;
+    const CameraUnit::ProbeSource source = source_of(arguments.camera, info);
+    const std::vector<SpectralBand>& bands = source.scene->bands;
+    const auto width = static_cast<std::size_t>(info.width), height = static_cast<std::size_t>(info.height);
+    work.reserve(sizeof(float) * bands.size() * width * height);
+    Answer answer{frame_head(info)};
+    json list = json::array();
+    for (const SpectralBand& band : bands)
+        list.push_back({{"name", band_name(band)}, {"wavelength_nm", wavelengths_nm(band)}});
+    answer.head["bands"] = std::move(list);
+    answer.arrays.push_back(
+        {"irradiance",
+         {bands.size(), height, width},
+         probes.irradiance(arguments.camera, source, info, frame.row_times, work.cancelled())});
+    return answer;
+}
+
 } // namespace
+
+service::Call irradiance_call(const CameraCalls::Cameras& cameras, PixelProbes& probes,
+                              ProbeSourceOf source) {
+    service::Call call = service::call<FrameArguments>(
+        "irradiance", service::Permission::view,
+        "Renders all pixels of a frame again, without a detector: at full quality, with the scene and the "
+        "poses of "
+        "that "
+        "frame at the times of its rows, on the thread of `probe`, which is of idle priority. Takes seconds.",
+        [&cameras, &probes, source = std::move(source)](const FrameArguments& arguments, Work& work) {
+            return irradiance(cameras, probes, source, arguments, work);
+        });
+    call.results = {
+        {"irradiance", "array float32 [bands, height, width]", "W/m2",
+         "At the entrance pupil, first row on top; 0 beside narrow windows"},
+        {"bands", "array of maps", "", "Spectral bands of the camera: name, wavelength_nm (from, to)"}};
+    for (service::Result& result : frame_head_results())
+        call.results.push_back(std::move(result));
+    return call;
+}
 
 service::Call probe_call(const CameraCalls::Cameras& cameras, PixelProbes& probes, ProbeSourceOf source) {
     service::Call call = service::call<Arguments>(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Call `probe`: one pixel of a frame in digital numbers, electrons and irradiance, and what it shows.
+// Calls `probe` and `irradiance`: one pixel of a frame in digital numbers, electrons and irradiance, and what
+// it shows; irradiance of all pixels.
 #pragma once
 
 #include "emulator/camera_unit.hpp"
@@ -18,5 +19,7 @@ using ProbeSourceOf = std::function<CameraUnit::ProbeSource(std::size_t camera, 
 /// The row; `cameras` and `probes` outlive it.
 [[nodiscard]] service::Call probe_call(const CameraCalls::Cameras& cameras, PixelProbes& probes,
                                        ProbeSourceOf source);
+[[nodiscard]] service::Call irradiance_call(const CameraCalls::Cameras& cameras, PixelProbes& probes,
+                                            ProbeSourceOf source);
 
 } // namespace obscura::emulator

@@ -20,9 +20,9 @@ constexpr std::chrono::milliseconds look_period{50};
 
 } // namespace
 
-std::string SceneRequests::ask(const std::filesystem::path& file, const std::atomic<bool>& given_up) {
+std::string SceneRequests::ask(Wish wish, const std::atomic<bool>& given_up) {
     const auto request = std::make_shared<Request>();
-    request->file = file;
+    request->wish = std::move(wish);
     {
         const std::lock_guard lock(mutex_);
         if (closed_) throw Failure(FailureCode::not_now, "the daemon is stopping");
@@ -37,7 +37,7 @@ std::string SceneRequests::ask(const std::filesystem::path& file, const std::ato
     return why;
 }
 
-void SceneRequests::serve(const Load& load) {
+void SceneRequests::serve(const Load& load, const Change& change) {
     std::shared_ptr<Request> request;
     {
         const std::lock_guard lock(mutex_);
@@ -48,17 +48,19 @@ void SceneRequests::serve(const Load& load) {
     }
     std::string why;
     try {
-        why = load(request->file, [&request] { return !request->withdrawn; });
+        const auto wanted = [&request] { return !request->withdrawn; };
+        why = request->wish.values ? change(*request->wish.values, wanted) : load(request->wish.file, wanted);
     } catch (const std::bad_alloc&) {
         why = "out of memory";
     } catch (const std::exception& error) {
         why = error.what();
     }
     why.resize(std::min(why.find('\n'), why.size())); // the first mistake of a file with several
-    if (request->file != configured) {
+    const std::filesystem::path& file = request->wish.file;
+    if (file != configured) {
         ++(why.empty() ? shown_ : refused_);
         if (why.empty())
-            log_notice("scene: {} is shown", request->file.string());
+            log_notice("scene: {} is shown", file.string());
         else
             log_error("scene: nothing changed: {}", why);
     }

@@ -84,6 +84,8 @@ dark_nonuniformity_e_per_s = 10
             light = {place: struct.unpack("f", struct.pack("f", pixel["irradiance_w_m2"]))[0] for place, pixel in told.items()}
             check("the irradiance is that of the same frame of obscura capture, bit for bit",
                   all(light[x, y] == ideal[y * WIDTH + x] for x, y in PIXELS) and sum(value > 0 for value in light.values()) > 4, light)
+            whole = camera.irradiance(last.frame)
+            check("and so is that of all pixels together", whole.shape == (1, HEIGHT, WIDTH) and whole.ravel().tolist() == list(ideal), whole)
             check("and so are the expected electrons", all(told[x, y]["electrons"]["exact"] == electrons[y * WIDTH + x] for x, y in PIXELS),
                   [(x, y, told[x, y]["electrons"], electrons[y * WIDTH + x]) for x, y in PIXELS][:3])
             noise = [abs(pixel["electrons"]["estimated"] - pixel["electrons"]["exact"]) / (pixel["electrons"]["exact"] + 100) ** 0.5
@@ -110,6 +112,7 @@ dark_nonuniformity_e_per_s = 10
             for x, y in (WIDTH, 0), (0, HEIGHT):
                 check_refused(f"{x}, {y} is outside", "bad-argument", "is outside of the image, allowed 0 to", lambda: camera.probe(x, y, last.frame))
             check_refused("an older frame is gone", "not-now", f"is not kept any more, the newest one is {last.frame}", lambda: camera.probe(0, 0, 10 ** 6))
+            check_refused("so is its irradiance", "not-now", f"is not kept any more, the newest one is {last.frame}", lambda: camera.irradiance(10 ** 6))
             camera.show_scene("other.toml")
             check_refused("and so is its scene once another is shown", "not-now", "shows a scene that is gone",
                           lambda: camera.probe(32, 24, last.frame))

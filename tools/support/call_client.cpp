@@ -106,6 +106,12 @@ std::span<const std::uint16_t> CallClient::Answer::numbers(std::string_view name
     return {static_cast<const std::uint16_t*>(array->data), array->count};
 }
 
+std::span<const float> CallClient::Answer::floats(std::string_view name) const {
+    const obscura_array* const array = obscura_array_find(answer_.get(), std::string(name).c_str());
+    if (array == nullptr || std::string_view(array->dtype) != "<f4") return {};
+    return {static_cast<const float*>(array->data), array->count};
+}
+
 std::span<const std::size_t> CallClient::Answer::shape(std::string_view name) const {
     const obscura_array* const array = obscura_array_find(answer_.get(), std::string(name).c_str());
     if (array == nullptr) return {};

@@ -43,6 +43,8 @@ public:
         /// Elements of an array of type uint16 that lives as long as this, or a copy of this; empty: the
         /// answer has none of that name and type.
         [[nodiscard]] std::span<const std::uint16_t> numbers(std::string_view name) const;
+        /// The same of an array of type float32.
+        [[nodiscard]] std::span<const float> floats(std::string_view name) const;
         /// Length of each dimension of an array, slowest first; empty: the answer has none of that name.
         [[nodiscard]] std::span<const std::size_t> shape(std::string_view name) const;
 

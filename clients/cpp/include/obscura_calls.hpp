@@ -843,6 +843,10 @@ struct Frame {
         std::optional<std::int64_t> number{};
         /// Frames between that of `after` and this one
         std::optional<std::int64_t> skipped{};
+        /// Rows that are there; the others of an abandoned frame are 0
+        std::optional<std::int64_t> rows{};
+        /// Flags of the frame, see docs/images.md
+        std::optional<std::int64_t> flags{};
         /// Number of the frame in its acquisition
         std::optional<std::int64_t> frame{};
         /// Number of the trigger
@@ -855,10 +859,6 @@ struct Frame {
         std::optional<double> gain_db{};
         /// Digital numbers are less than 2^bits
         std::optional<std::int64_t> bits{};
-        /// Rows that are there; the others of an abandoned frame are 0
-        std::optional<std::int64_t> rows{};
-        /// Flags of the frame, see docs/images.md
-        std::optional<std::int64_t> flags{};
         /// Middle of the exposure, TAI (ns)
         std::optional<std::int64_t> mid_exposure_tai_ns{};
         /// True position of the camera then, inertial (array of 3 numbers; m)
@@ -871,14 +871,14 @@ struct Frame {
     [[nodiscard]] static Result read(ValueView head) {
         return {detail::optional<std::int64_t>(head["number"]),
                 detail::optional<std::int64_t>(head["skipped"]),
+                detail::optional<std::int64_t>(head["rows"]),
+                detail::optional<std::int64_t>(head["flags"]),
                 detail::optional<std::int64_t>(head["frame"]),
                 detail::optional<std::int64_t>(head["trigger"]),
                 detail::optional<std::int64_t>(head["edge_tai_ns"]),
                 detail::optional<double>(head["exposure_us"]),
                 detail::optional<double>(head["gain_db"]),
                 detail::optional<std::int64_t>(head["bits"]),
-                detail::optional<std::int64_t>(head["rows"]),
-                detail::optional<std::int64_t>(head["flags"]),
                 detail::optional<std::int64_t>(head["mid_exposure_tai_ns"]),
                 head["camera_position_m"].numbers(),
                 head["camera_orientation"].numbers(),
@@ -1166,6 +1166,62 @@ struct Probe {
     }
 };
 
+/// Renders all pixels of a frame again, without a detector: at full quality, with the scene and the poses of
+/// that frame at the times of its rows, on the thread of `probe`, which is of idle priority. Takes seconds.
+/// Its arrays: client.call(name, fields()).
+struct Irradiance {
+    static constexpr const char* name = "irradiance";
+    /// Number of the camera, in the order of the configuration (0 to 1000; default 0)
+    std::optional<std::int64_t> camera{};
+    /// Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+    std::optional<std::int64_t> frame{};
+    /// Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+    std::optional<double> wait_s{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "camera", camera);
+        detail::put(map, "frame", frame);
+        detail::put(map, "wait_s", wait_s);
+        return map;
+    }
+
+    struct Result {
+        /// Spectral bands of the camera: name, wavelength_nm (from, to)
+        Value bands{};
+        /// Number of the frame in its acquisition
+        std::optional<std::int64_t> frame{};
+        /// Number of the trigger
+        std::optional<std::int64_t> trigger{};
+        /// Instant of the trigger's edge, TAI (ns)
+        std::optional<std::int64_t> edge_tai_ns{};
+        /// ExposureTime (us)
+        std::optional<double> exposure_us{};
+        /// Gain (dB)
+        std::optional<double> gain_db{};
+        /// Digital numbers are less than 2^bits
+        std::optional<std::int64_t> bits{};
+        /// Middle of the exposure, TAI (ns)
+        std::optional<std::int64_t> mid_exposure_tai_ns{};
+        /// True position of the camera then, inertial (array of 3 numbers; m)
+        std::vector<double> camera_position_m{};
+        /// Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+        std::vector<double> camera_orientation{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {Value(head["bands"]),
+                detail::optional<std::int64_t>(head["frame"]),
+                detail::optional<std::int64_t>(head["trigger"]),
+                detail::optional<std::int64_t>(head["edge_tai_ns"]),
+                detail::optional<double>(head["exposure_us"]),
+                detail::optional<double>(head["gain_db"]),
+                detail::optional<std::int64_t>(head["bits"]),
+                detail::optional<std::int64_t>(head["mid_exposure_tai_ns"]),
+                head["camera_position_m"].numbers(),
+                head["camera_orientation"].numbers()};
+    }
+};
+
 /// Lists every key of the configuration in use, as `obscurad --print-config` prints them.
 struct Configuration {
     static constexpr const char* name = "configuration";
@@ -1177,7 +1233,8 @@ struct Configuration {
 
     struct Result {
         /// key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for no
-        /// default; unit; source: FILE:LINE, default, or scene.show for the scene that it shows
+        /// default; unit; source: FILE:LINE, default, scene.show for the scene that it shows, or
+        /// configuration.set
         Value entries{};
         /// The configuration file
         std::string file{};
@@ -1188,6 +1245,28 @@ struct Configuration {
         return {Value(head["entries"]),
                 head["file"].string(),
                 head["sha256"].string()};
+    }
+};
+
+/// Changes values of the configuration in use from the next frame on, all that are given or none: those that
+/// a reload can change, except scene.file. The file stays as it is, and the next reload returns to it.
+struct ConfigurationSet {
+    static constexpr const char* name = "configuration.set";
+    /// Tables as those of the file: {"trigger": {"rate_hz": 20}}
+    Map values{};
+
+    [[nodiscard]] Map fields() const {
+        Map map;
+        detail::put(map, "values", values);
+        return map;
+    }
+
+    struct Result {
+        /// Keys whose values have changed, by their dotted paths, and the values as TOML
+        Value changed{};
+    };
+    [[nodiscard]] static Result read(ValueView head) {
+        return {Value(head["changed"])};
     }
 };
 

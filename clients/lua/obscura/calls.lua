@@ -32,6 +32,8 @@ calls.kinds = {
   ["device.set"] = {camera = "integer"},
   ["truth"] = {camera = "integer", frame = "integer"},
   ["probe"] = {camera = "integer", x = "integer", y = "integer", frame = "integer"},
+  ["irradiance"] = {camera = "integer", frame = "integer"},
+  ["configuration.set"] = {values = "map"},
   ["release"] = {camera = "integer"},
   ["scene.describe"] = {camera = "integer"},
   ["faults.list"] = {camera = "integer"},
@@ -422,14 +424,14 @@ end
 ---@class obscura.FrameAnswer
 ---@field number? integer Counts the frames that were looked at, for `after`
 ---@field skipped? integer Frames between that of `after` and this one
+---@field rows? integer Rows that are there; the others of an abandoned frame are 0
+---@field flags? integer Flags of the frame, see docs/images.md
 ---@field frame? integer Number of the frame in its acquisition
 ---@field trigger? integer Number of the trigger
 ---@field edge_tai_ns? integer Instant of the trigger's edge, TAI (ns)
 ---@field exposure_us? number ExposureTime (us)
 ---@field gain_db? number Gain (dB)
 ---@field bits? integer Digital numbers are less than 2^bits
----@field rows? integer Rows that are there; the others of an abandoned frame are 0
----@field flags? integer Flags of the frame, see docs/images.md
 ---@field mid_exposure_tai_ns? integer Middle of the exposure, TAI (ns)
 ---@field camera_position_m? number[] True position of the camera then, inertial (array of 3 numbers; m)
 ---@field camera_orientation? number[] Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
@@ -570,8 +572,34 @@ function calls:probe(fields)
   return self:request("probe", fields)
 end
 
+---@class obscura.Irradiance
+---@field camera? integer Number of the camera, in the order of the configuration (0 to 1000; default 0)
+---@field frame? integer Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+---@field wait_s? number Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+
+---@class obscura.IrradianceAnswer
+---@field bands? table<string, any>[] Spectral bands of the camera: name, wavelength_nm (from, to)
+---@field frame? integer Number of the frame in its acquisition
+---@field trigger? integer Number of the trigger
+---@field edge_tai_ns? integer Instant of the trigger's edge, TAI (ns)
+---@field exposure_us? number ExposureTime (us)
+---@field gain_db? number Gain (dB)
+---@field bits? integer Digital numbers are less than 2^bits
+---@field mid_exposure_tai_ns? integer Middle of the exposure, TAI (ns)
+---@field camera_position_m? number[] True position of the camera then, inertial (array of 3 numbers; m)
+---@field camera_orientation? number[] Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+
+--- Renders all pixels of a frame again, without a detector: at full quality, with the scene and the poses of that
+--- frame at the times of its rows, on the thread of `probe`, which is of idle priority. Takes seconds.
+---@param fields? obscura.Irradiance
+---@return obscura.IrradianceAnswer head
+---@return table<string, table> arrays
+function calls:irradiance(fields)
+  return self:request("irradiance", fields)
+end
+
 ---@class obscura.ConfigurationAnswer
----@field entries? table<string, any>[] key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for no default; unit; source: FILE:LINE, default, or scene.show for the scene that it shows
+---@field entries? table<string, any>[] key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for no default; unit; source: FILE:LINE, default, scene.show for the scene that it shows, or configuration.set
 ---@field file? string The configuration file
 ---@field sha256? string Of the sorted lines KEY = VALUE: equal for configurations that do the same
 
@@ -579,6 +607,20 @@ end
 ---@return obscura.ConfigurationAnswer head
 function calls:configuration()
   return self:request("configuration", {})
+end
+
+---@class obscura.ConfigurationSet
+---@field values table<string, any> Tables as those of the file: {"trigger": {"rate_hz": 20}}
+
+---@class obscura.ConfigurationSetAnswer
+---@field changed? table<string, any> Keys whose values have changed, by their dotted paths, and the values as TOML
+
+--- Changes values of the configuration in use from the next frame on, all that are given or none: those that a reload
+--- can change, except scene.file. The file stays as it is, and the next reload returns to it.
+---@param fields obscura.ConfigurationSet
+---@return obscura.ConfigurationSetAnswer head
+function calls:configuration_set(fields)
+  return self:request("configuration.set", fields)
 end
 
 --- Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or none,

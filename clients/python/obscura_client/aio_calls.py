@@ -15,6 +15,7 @@ from .calls import (
     CancelAnswer,
     ChallengeAnswer,
     ConfigurationAnswer,
+    ConfigurationSetAnswer,
     CreditAnswer,
     DescribeAnswer,
     DeviceFeaturesAnswer,
@@ -23,6 +24,7 @@ from .calls import (
     FaultsSetAnswer,
     FrameAnswer,
     HelloAnswer,
+    IrradianceAnswer,
     LogLevelAnswer,
     MemoryOpenAnswer,
     ProbeAnswer,
@@ -564,10 +566,42 @@ class AsyncCalls:
         head, _ = await self._ask("probe", camera=camera, x=x, y=y, frame=frame, wait_s=wait_s)
         return cast(ProbeAnswer, head)
 
+    async def irradiance(
+        self,
+        *,
+        camera: Optional[int] = None,
+        frame: Optional[int] = None,
+        wait_s: Optional[float] = None,
+    ) -> Tuple[IrradianceAnswer, Arrays]:
+        """Renders all pixels of a frame again, without a detector: at full quality, with the scene and the poses of
+        that frame at the times of its rows, on the thread of `probe`, which is of idle priority. Takes seconds.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        frame: Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+        wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+        Array "irradiance": At the entrance pupil, first row on top; 0 beside narrow windows (array float32 [bands,
+            height, width]; W/m2)
+        """
+        head, arrays = await self._ask("irradiance", camera=camera, frame=frame, wait_s=wait_s)
+        return cast(IrradianceAnswer, head), arrays
+
     async def configuration(self) -> ConfigurationAnswer:
         """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""
         head, _ = await self._ask("configuration")
         return cast(ConfigurationAnswer, head)
+
+    async def configuration_set(
+        self,
+        *,
+        values: Mapping[str, Any],
+    ) -> ConfigurationSetAnswer:
+        """Changes values of the configuration in use from the next frame on, all that are given or none: those that a
+        reload can change, except scene.file. The file stays as it is, and the next reload returns to it.
+
+        values: Tables as those of the file: {"trigger": {"rate_hz": 20}}
+        """
+        head, _ = await self._ask("configuration.set", values=values)
+        return cast(ConfigurationSetAnswer, head)
 
     async def reload(self) -> Dict[str, Any]:
         """Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or

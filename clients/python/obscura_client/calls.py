@@ -237,6 +237,10 @@ class FrameAnswer(TypedDict, total=False):
     number: int
     # Frames between that of `after` and this one
     skipped: int
+    # Rows that are there; the others of an abandoned frame are 0
+    rows: int
+    # Flags of the frame, see docs/images.md
+    flags: int
     # Number of the frame in its acquisition
     frame: int
     # Number of the trigger
@@ -249,10 +253,6 @@ class FrameAnswer(TypedDict, total=False):
     gain_db: float
     # Digital numbers are less than 2^bits
     bits: int
-    # Rows that are there; the others of an abandoned frame are 0
-    rows: int
-    # Flags of the frame, see docs/images.md
-    flags: int
     # Middle of the exposure, TAI (ns)
     mid_exposure_tai_ns: int
     # True position of the camera then, inertial (array of 3 numbers; m)
@@ -367,16 +367,48 @@ class ProbeAnswer(TypedDict, total=False):
     samples: float
 
 
+class IrradianceAnswer(TypedDict, total=False):
+    """Answer of irradiance."""
+
+    # Spectral bands of the camera: name, wavelength_nm (from, to)
+    bands: List[Dict[str, Any]]
+    # Number of the frame in its acquisition
+    frame: int
+    # Number of the trigger
+    trigger: int
+    # Instant of the trigger's edge, TAI (ns)
+    edge_tai_ns: int
+    # ExposureTime (us)
+    exposure_us: float
+    # Gain (dB)
+    gain_db: float
+    # Digital numbers are less than 2^bits
+    bits: int
+    # Middle of the exposure, TAI (ns)
+    mid_exposure_tai_ns: int
+    # True position of the camera then, inertial (array of 3 numbers; m)
+    camera_position_m: List[float]
+    # Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
+    camera_orientation: List[float]
+
+
 class ConfigurationAnswer(TypedDict, total=False):
     """Answer of configuration."""
 
     # key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for no default; unit;
-    # source: FILE:LINE, default, or scene.show for the scene that it shows
+    # source: FILE:LINE, default, scene.show for the scene that it shows, or configuration.set
     entries: List[Dict[str, Any]]
     # The configuration file
     file: str
     # Of the sorted lines KEY = VALUE: equal for configurations that do the same
     sha256: str
+
+
+class ConfigurationSetAnswer(TypedDict, total=False):
+    """Answer of configuration.set."""
+
+    # Keys whose values have changed, by their dotted paths, and the values as TOML
+    changed: Dict[str, Any]
 
 
 class LogLevelAnswer(TypedDict, total=False):
@@ -980,10 +1012,42 @@ class Calls:
         head, _ = self._ask("probe", camera=camera, x=x, y=y, frame=frame, wait_s=wait_s)
         return cast(ProbeAnswer, head)
 
+    def irradiance(
+        self,
+        *,
+        camera: Optional[int] = None,
+        frame: Optional[int] = None,
+        wait_s: Optional[float] = None,
+    ) -> Tuple[IrradianceAnswer, Arrays]:
+        """Renders all pixels of a frame again, without a detector: at full quality, with the scene and the poses of
+        that frame at the times of its rows, on the thread of `probe`, which is of idle priority. Takes seconds.
+
+        camera: Number of the camera, in the order of the configuration (0 to 1000; default 0)
+        frame: Number of the frame in its acquisition, one of the newest; 0: the newest (0 to 9e15; default 0)
+        wait_s: Longest wait for a frame where none was looked at (0 to 60 s; default 2.0)
+        Array "irradiance": At the entrance pupil, first row on top; 0 beside narrow windows (array float32 [bands,
+            height, width]; W/m2)
+        """
+        head, arrays = self._ask("irradiance", camera=camera, frame=frame, wait_s=wait_s)
+        return cast(IrradianceAnswer, head), arrays
+
     def configuration(self) -> ConfigurationAnswer:
         """Lists every key of the configuration in use, as `obscurad --print-config` prints them."""
         head, _ = self._ask("configuration")
         return cast(ConfigurationAnswer, head)
+
+    def configuration_set(
+        self,
+        *,
+        values: Mapping[str, Any],
+    ) -> ConfigurationSetAnswer:
+        """Changes values of the configuration in use from the next frame on, all that are given or none: those that a
+        reload can change, except scene.file. The file stays as it is, and the next reload returns to it.
+
+        values: Tables as those of the file: {"trigger": {"rate_hz": 20}}
+        """
+        head, _ = self._ask("configuration.set", values=values)
+        return cast(ConfigurationSetAnswer, head)
 
     def reload(self) -> Dict[str, Any]:
         """Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or

@@ -132,6 +132,12 @@ class Camera(Session):
         what its centre shows: `body`, `range_m`, latitude, longitude, incidence, emission and phase. The first one loads the scene."""
         return self.call("probe", camera=self.camera, x=x, y=y, frame=frame)
 
+    def irradiance(self, frame: int = 0) -> Any:
+        """Irradiance of all pixels of such a frame, W/m2 at the entrance pupil: an array [bands, height, width]. It is rendered again,
+        which takes seconds."""
+        _, arrays = self._connection.request("irradiance", {"camera": self.camera, "frame": frame})
+        return arrays["irradiance"]
+
     # Faults
 
     def faults(self) -> List[Dict[str, Any]]:

@@ -83,6 +83,13 @@ struct Rig {
         REQUIRE(origin);
         return probe->probe({frame->info, rows, *origin}, x, y, go_on);
     }
+    /// Of all pixels, rendered again.
+    std::vector<float> irradiance() {
+        (void)(*this)(0, 0);
+        const auto origin = imaging.maker->origins().find(frame->info.frame_id, frame->info.trigger_edge);
+        REQUIRE(origin);
+        return probe->irradiance({frame->info, rows, *origin}, go_on);
+    }
     /// Of the frame, as the detector got it.
     std::vector<float> light() {
         const sensors::ReadoutPlan& plan = imaging.maker->plan();
@@ -258,6 +265,7 @@ hit_flux_per_cm2_s = 200000
         }
     CHECK(places > 30);
     CHECK(lit > 10);
+    if (!lines) CHECK(rig.irradiance() == light);
     CHECK(wrong_light == 0);
     INFO(others);
     CHECK(wrong_charge == 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The configuration key by key: the values of print_config(), and where each of them comes from.
 #include "config/document.hpp"
+#include "core/error.hpp"
 #include "emulator/config/configuration_entries.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -121,6 +122,48 @@ pixel_format = "Mono16"
     const std::vector<config::Entry> after = configuration_entries(other);
     CHECK(entry_of(after, "scene.file").source == "scene.show");
     CHECK(entry_of(after, "trigger.rate_hz").source == file + ":4");
+}
+
+TEST_CASE("values of reloadable keys change together, and keep what the file and others have set") {
+    const test::TempFolder folder;
+    folder.write("scene.toml", small_scene);
+    const DaemonConfig config = load_config(folder.write(
+        "c.toml", "[scene]\nfile = \"scene.toml\"\n[trigger]\nrate_hz = 7.5\n[gige]\nenabled = false\n"));
+    const DaemonConfig shown = with_scene(config, folder.write("other.toml", small_scene));
+    const auto changed = [&](const std::string& text) {
+        return configuration_entries(with_values(shown, config::parse_text(text, "test"), "someone"));
+    };
+    const std::vector<config::Entry> after =
+        changed("[trigger]\nrate_hz = 20\n[deadline]\npolicy = \"drop\"\n[daemon]\nlog_level = \"debug\"\n");
+    CHECK(entry_of(after, "trigger.rate_hz").value == "20.0");
+    CHECK(entry_of(after, "trigger.rate_hz").source == "someone");
+    CHECK(entry_of(after, "deadline.policy").value == "\"drop\"");
+    CHECK(entry_of(after, "daemon.log_level").value == "\"debug\"");
+    CHECK(entry_of(after, "deadline.grace_us").source == "default");
+    CHECK(entry_of(after, "scene.file").source == "scene.show");
+    const std::vector<config::Entry> before = configuration_entries(shown);
+    const auto differing =
+        static_cast<int>(std::count_if(after.begin(), after.end(), [&](const config::Entry& entry) {
+            return entry.value != entry_of(before, entry.key).value;
+        }));
+    CHECK(differing == 3);
+
+    const auto refusal = [&](const std::string& text) {
+        try {
+            (void)changed(text);
+        } catch (const ConfigError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    CHECK(refusal("[trigger]\nrate_hz = 2e12\n").find("trigger.rate_hz: ") != std::string::npos);
+    CHECK(refusal("[trigger]\nrate_hx = 3\n").find("did you mean \"trigger.rate_hz\"") != std::string::npos);
+    for (const char* text :
+         {"[gige]\nport = 3\n", "[scene]\nfile = \"demo\"\n", "[nothing]\nx = 1\n", "trigger = 3\n",
+          "[deadline]\npolicy = \"never\"\n", "[trigger]\nrate_hz = \"x\"\n"}) {
+        CAPTURE(text);
+        CHECK(refusal(text).starts_with("someone"));
+    }
 }
 
 TEST_CASE("keys of several cameras are told apart, and shared ones have the line of the shared table") {

@@ -17,7 +17,7 @@ public final class Configuration extends Call<Configuration.Result> {
      * Answer of configuration; null is what the server did not send.
      *
      * @param entries key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as TOML, "" for
-     *     no default; unit; source: FILE:LINE, default, or scene.show for the scene that it shows
+     *     no default; unit; source: FILE:LINE, default, scene.show for the scene that it shows, or configuration.set
      * @param file The configuration file
      * @param sha256 Of the sorted lines KEY = VALUE: equal for configurations that do the same
      */

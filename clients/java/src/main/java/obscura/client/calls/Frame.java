@@ -57,29 +57,29 @@ public final class Frame extends Call<Frame.Result> {
      *
      * @param number Counts the frames that were looked at, for `after`
      * @param skipped Frames between that of `after` and this one
+     * @param rows Rows that are there; the others of an abandoned frame are 0
+     * @param flags Flags of the frame, see docs/images.md
      * @param frame Number of the frame in its acquisition
      * @param trigger Number of the trigger
      * @param edgeTaiNs Instant of the trigger's edge, TAI (ns)
      * @param exposureUs ExposureTime (us)
      * @param gainDb Gain (dB)
      * @param bits Digital numbers are less than 2^bits
-     * @param rows Rows that are there; the others of an abandoned frame are 0
-     * @param flags Flags of the frame, see docs/images.md
      * @param midExposureTaiNs Middle of the exposure, TAI (ns)
      * @param cameraPositionM True position of the camera then, inertial (array of 3 numbers; m)
      * @param cameraOrientation Quaternion w, x, y, z: from camera to inertial axes (array of 4 numbers)
      * @param configSha256 Of the configuration in use when the frame is asked for, as in the call configuration
      */
-    public record Result(Long number, Long skipped, Long frame, Long trigger, Long edgeTaiNs, Double exposureUs,
-            Double gainDb, Long bits, Long rows, Long flags, Long midExposureTaiNs, List<Double> cameraPositionM,
-            List<Double> cameraOrientation, String configSha256) {}
+    public record Result(Long number, Long skipped, Long rows, Long flags, Long frame, Long trigger,
+            Long edgeTaiNs, Double exposureUs, Double gainDb, Long bits, Long midExposureTaiNs,
+            List<Double> cameraPositionM, List<Double> cameraOrientation, String configSha256) {}
 
     @Override
     public Result read(Map<String, Object> head) {
-        return new Result((Long) head.get("number"), (Long) head.get("skipped"), (Long) head.get("frame"),
-                (Long) head.get("trigger"), (Long) head.get("edge_tai_ns"), number(head.get("exposure_us")),
-                number(head.get("gain_db")), (Long) head.get("bits"), (Long) head.get("rows"),
-                (Long) head.get("flags"), (Long) head.get("mid_exposure_tai_ns"),
+        return new Result((Long) head.get("number"), (Long) head.get("skipped"), (Long) head.get("rows"),
+                (Long) head.get("flags"), (Long) head.get("frame"), (Long) head.get("trigger"),
+                (Long) head.get("edge_tai_ns"), number(head.get("exposure_us")), number(head.get("gain_db")),
+                (Long) head.get("bits"), (Long) head.get("mid_exposure_tai_ns"),
                 numbers(head.get("camera_position_m")), numbers(head.get("camera_orientation")),
                 (String) head.get("config_sha256"));
     }
