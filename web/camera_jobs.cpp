@@ -2,6 +2,7 @@
 #include "web/camera_jobs.hpp"
 
 #include "core/error.hpp"
+#include "core/suggestion.hpp"
 #include "web/problem.hpp"
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include <memory>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace obscura::web {
 namespace {
@@ -21,7 +23,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr auto trigger_patience = 10s, scene_patience = 60s, frame_patience = 5s;
 constexpr auto probe_patience = 60s; ///< the first one loads the scene
-constexpr double frame_wait_s = 5;   ///< without ?wait
+constexpr auto irradiance_patience = 600s, configuration_patience = 60s;
+constexpr double frame_wait_s = 5; ///< without ?wait
 
 /// The answer to the call `frame`. Throws Refusal if it has no pixels.
 std::shared_ptr<const KeptFrame> answered_frame(const CameraId& camera,
@@ -50,6 +53,40 @@ void make_strings(Json& json, std::initializer_list<const char*> names) {
 /// Tag of settings, in whatever order they come.
 std::string settings_tag(const nlohmann::json& values) {
     return tag_of(Json(values));
+}
+
+/// The view that a query asks for.
+View view_of(const Json& query) {
+    View view;
+    view.x = query.value("x", view.x);
+    view.y = query.value("y", view.y);
+    view.width = query.value("w", view.width);
+    view.height = query.value("h", view.height);
+    view.bin = query.value("bin", view.bin);
+    view.reduce = enum_named<Reduce>(query.value("reduce", std::string())).value_or(view.reduce);
+    return view;
+}
+
+/// A row of settings with who or what keeps it from being changed.
+void add_access(Json& row, const std::string& controller) {
+    row["access"] = "rw";
+    row["locked_by"] = nullptr;
+    if (!controller.empty())
+        row["locked_by"] = "controlled by " + controller;
+    else if (row.value("locked", false))
+        row["locked_by"] = row.value("why", std::string("locked"));
+}
+
+/// The row of a setting. Throws Refusal (404) with the nearest name.
+Json& row_of(Json& answer, const std::string& name) {
+    std::vector<std::string> names;
+    for (Json& row : answer.at("features")) {
+        if (row.at("name") == name) return row;
+        names.push_back(row.at("name").get<std::string>());
+    }
+    throw Refusal(404, "no-such-feature",
+                  fmt::format("no setting \"{}\", {}", name.substr(0, 60),
+                              suggestion(name.substr(0, 60), {names.begin(), names.end()})));
 }
 
 /// Rules without what changes by itself.
@@ -81,10 +118,12 @@ Job CameraJobs::job(CameraRequest request) {
     const Answers answers = state->request.route->answers;
     const bool frames = answers == Answers::frame_json || answers == Answers::frame_png ||
                         answers == Answers::frame_fits || answers == Answers::frame_raw ||
-                        answers == Answers::frame_jpeg;
+                        answers == Answers::frame_jpeg || answers == Answers::frame;
     job.queue = frames ? Job::Queue::frames : Job::Queue::calls;
     if (const DaemonRun& daemon = state->request.place.daemon; daemon.pid != 0)
-        job.lane = fmt::format("{} {}", daemon.pid, daemon.started);
+        // Nothing waits for a frame that is rendered again.
+        job.lane = fmt::format("{} {}{}", daemon.pid, daemon.started,
+                               answers == Answers::frame_exr ? " irradiance" : "");
     job.step = [this, state]() -> std::optional<Response> {
         try {
             return step(*state);
@@ -105,6 +144,10 @@ std::optional<Response> CameraJobs::step(State& state) {
         return features(state);
     case Answers::set_features:
         return set_features(state);
+    case Answers::feature:
+        return feature(state);
+    case Answers::set_feature:
+        return set_feature(state);
     case Answers::trigger:
         return trigger(state);
     case Answers::acquisition:
@@ -145,12 +188,17 @@ std::optional<Response> CameraJobs::step(State& state) {
         return support_bundle(state);
     case Answers::configuration:
         return configuration(state);
+    case Answers::set_configuration:
+        return set_configuration(state);
     case Answers::frame_png:
     case Answers::frame_fits:
     case Answers::frame_raw:
     case Answers::frame_jpeg:
     case Answers::frame_json:
+    case Answers::frame:
         return state.request.frame ? frame_of_path(state) : frame(state);
+    case Answers::frame_exr:
+        return irradiance(state);
     default:
         return problem(503, "daemon", "nothing answers this");
     }
@@ -182,19 +230,45 @@ void CameraJobs::check_tag(const State& state, const std::string& tag) {
 Response CameraJobs::features(const State& state) {
     Json answer = ask(state, "camera.features");
     nlohmann::json values;
-    for (const Json& row : answer.at("features"))
+    for (Json& row : answer.at("features")) {
         values[row.at("name").get<std::string>()] = row.at("value");
+        add_access(row, state.request.place.controller);
+    }
     make_exact(answer);
     Response response = json_answer(answer);
     response.headers.emplace_back("ETag", settings_tag(values));
     return response;
 }
 
+Response CameraJobs::feature(const State& state) {
+    Json answer = ask(state, "camera.features");
+    Json& row = row_of(answer, state.request.feature);
+    const std::string tag = tag_of(row.at("value"));
+    add_access(row, state.request.place.controller);
+    make_exact(row);
+    Response response = json_answer(row);
+    response.headers.emplace_back("ETag", tag);
+    return response;
+}
+
+Response CameraJobs::set_feature(const State& state) {
+    Json answer = ask(state, "camera.features");
+    check_tag(state, tag_of(row_of(answer, state.request.feature).at("value")));
+    nlohmann::json values;
+    for (const Json& row : answer.at("features"))
+        values[row.at("name").get<std::string>()] = row.at("value");
+    return change(state, {{state.request.feature, state.request.body.at("value")}}, values);
+}
+
 Response CameraJobs::set_features(const State& state) {
     nlohmann::json values = ask(state, "camera.get").at("values");
     check_tag(state, settings_tag(values));
+    return change(state, state.request.body, values);
+}
+
+Response CameraJobs::change(const State& state, Json wanted, nlohmann::json& values) {
     const bool force = state.request.query.value("force", false);
-    Json fields{{"values", state.request.body}};
+    Json fields{{"values", std::move(wanted)}};
     if (force) fields["force"] = true;
     Json changed = ask(state, "camera.set", std::move(fields)).at("changed");
     Json before = Json::object();
@@ -205,7 +279,10 @@ Response CameraJobs::set_features(const State& state) {
     if (!changed.empty()) note(state, std::move(before), changed, force);
     make_exact(changed);
     Response response = json_answer({{"changed", std::move(changed)}});
-    response.headers.emplace_back("ETag", settings_tag(values));
+    // That of the resource: of all settings, or of the one.
+    response.headers.emplace_back("ETag", state.request.feature.empty()
+                                              ? settings_tag(values)
+                                              : tag_of(Json(values[state.request.feature])));
     return response;
 }
 
@@ -247,6 +324,28 @@ Response CameraJobs::configuration(const State& state) {
     Response response = json_answer(answer);
     // Where values stand is part of the answer, and not of the daemon's hash.
     response.headers.emplace_back("ETag", tag_of(answer));
+    return response;
+}
+
+std::optional<Response> CameraJobs::set_configuration(State& state) {
+    const CameraPlace& place = state.request.place;
+    if (!state.running) {
+        const Json now = calls_.call(place, "configuration", Json::object()).head;
+        check_tag(state, tag_of(now));
+        for (const Json& entry : now.at("entries"))
+            state.before[entry.at("key").get<std::string>()] = entry.at("value");
+        state.running = calls_.begin(place, "configuration.set", {{"values", state.request.body}},
+                                     configuration_patience);
+    }
+    const auto answer = calls_.look(*state.running);
+    if (!answer) return std::nullopt;
+    const Json& changed = answer->head.at("changed");
+    Json before = Json::object();
+    for (const auto& [key, value] : changed.items())
+        before[key] = state.before.value(key, Json());
+    if (!changed.empty()) note(state, std::move(before), changed);
+    Response response = json_answer({{"changed", changed}});
+    response.headers.emplace_back("ETag", tag_of(calls_.call(place, "configuration", Json::object()).head));
     return response;
 }
 
@@ -331,6 +430,31 @@ std::optional<Response> CameraJobs::frame(State& state) {
     }
 }
 
+std::optional<Response> CameraJobs::irradiance(State& state) {
+    const CameraRequest& request = state.request;
+    const auto camera = camera_id_of(request.place.id).value_or(CameraId{});
+    if (!state.running) {
+        std::uint64_t frame = 0;
+        if (request.frame) {
+            const auto kept = frames_->find(camera, *request.frame);
+            if (!kept) throw Refusal(404, "gone", "this frame is not kept: nobody has looked at it lately");
+            frame = kept->head.value("frame", std::uint64_t{0});
+        }
+        state.running =
+            calls_.begin(request.place, "irradiance", {{"camera", request.place.number}, {"frame", frame}},
+                         irradiance_patience);
+    }
+    const auto answer = calls_.look(*state.running);
+    if (!answer) return std::nullopt;
+    const auto shape = answer->shape("irradiance");
+    const auto values = answer->floats("irradiance");
+    if (shape.size() != 3 || values.size() != shape[0] * shape[1] * shape[2])
+        throw Refusal(503, "daemon", "the daemon's frame has no irradiance");
+    Response response = files_.irradiance(camera, answer->head, values, shape[1], shape[2]);
+    response.type = request.route->type;
+    return response;
+}
+
 Response CameraJobs::frame_of_path(const State& state) {
     const auto camera = camera_id_of(state.request.place.id);
     const auto kept = camera ? frames_->find(*camera, *state.request.frame) : nullptr;
@@ -342,10 +466,7 @@ Response CameraJobs::frame_of_path(const State& state) {
 }
 
 Response CameraJobs::file_of(const State& state, const KeptFrame& frame) {
-    const std::string_view path = state.request.route->path;
-    Response response = files_.response(path.substr(path.rfind('.') + 1), frame);
-    response.type = state.request.route->type;
-    return response;
+    return files_.response(state.request.form, frame, view_of(state.request.query));
 }
 
 } // namespace obscura::web

@@ -23,7 +23,9 @@ namespace obscura::web {
 struct CameraRequest {
     const Route* route = nullptr;
     CameraPlace place;
+    std::string feature;                ///< of the path; empty: none
     std::optional<std::uint64_t> frame; ///< of the path; its place has an id only
+    std::string_view form;              ///< suffix of the file that a frame becomes; static
     nlohmann::ordered_json query, body; ///< objects
     std::string if_match, who, peer;
 };
@@ -54,6 +56,10 @@ private:
     [[nodiscard]] Response read(const State& state, const char* call, Json fields);
     [[nodiscard]] Response features(const State& state);
     [[nodiscard]] Response set_features(const State& state);
+    [[nodiscard]] Response feature(const State& state);
+    [[nodiscard]] Response set_feature(const State& state);
+    /// `values`: all settings before; becomes those after.
+    [[nodiscard]] Response change(const State& state, Json wanted, nlohmann::json& values);
     [[nodiscard]] Response acquisition(const State& state);
     [[nodiscard]] Response faults(const State& state);
     [[nodiscard]] Response set_faults(const State& state);
@@ -63,10 +69,12 @@ private:
     [[nodiscard]] Response set_log_level(const State& state);
     [[nodiscard]] Response release(const State& state);
     [[nodiscard]] Response support_bundle(const State& state);
+    [[nodiscard]] std::optional<Response> set_configuration(State& state);
     [[nodiscard]] std::optional<Response> trigger(State& state);
     [[nodiscard]] std::optional<Response> show_scene(State& state);
     [[nodiscard]] std::optional<Response> probe(State& state);
     [[nodiscard]] std::optional<Response> frame(State& state);
+    [[nodiscard]] std::optional<Response> irradiance(State& state);
     /// A call with the fields of the body that may take long.
     [[nodiscard]] std::optional<Response> long_call(State& state, const char* call);
     [[nodiscard]] Response frame_of_path(const State& state);

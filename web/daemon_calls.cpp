@@ -50,6 +50,17 @@ Refusal lost_answer(std::string_view why) {
 
 } // namespace
 
+std::string camera_id(const Sighting& sighting, std::string_view camera) {
+    const bool is_number =
+        !camera.empty() && camera.size() < 4 &&
+        std::all_of(camera.begin(), camera.end(), [](char c) { return c >= '0' && c <= '9'; });
+    if (!is_number || sighting.states.empty()) return std::string(camera);
+    if (sighting.states.size() > 1)
+        throw Refusal(422, "value",
+                      "several daemons run here: a camera's id is wanted, as /api/v1/cameras has it");
+    return fmt::format("{}-{}", run_of(sighting.states.front()).pid, camera);
+}
+
 CameraPlace find_camera(const Sighting& sighting, std::string_view id) {
     std::string ids;
     for (const auto& state : sighting.states) {
@@ -62,7 +73,7 @@ CameraPlace find_camera(const Sighting& sighting, std::string_view id) {
                 if (control.empty())
                     throw Refusal(503, "no-control",
                                   "this daemon takes no calls: its configuration has no [control]");
-                return {own, run_of(state), number, control};
+                return {own, run_of(state), number, control, camera.value("controller", std::string())};
             }
             ids += fmt::format("{}{}", ids.empty() ? "" : ", ", own);
             ++number;

@@ -24,7 +24,11 @@ struct CameraPlace {
     DaemonRun daemon;
     std::uint32_t number = 0; ///< in its configuration
     std::string control;      ///< address of the calls
+    std::string controller{}; ///< address of the GigE Vision client that controls it; empty: none
 };
+/// The id of a camera that is named by its number in the configuration of the only daemon; any other text as
+/// it is. Throws Refusal (422) where there are several daemons.
+[[nodiscard]] std::string camera_id(const Sighting& sighting, std::string_view camera);
 /// The camera of that id. Throws Refusal: 404, or 503 if its daemon takes no calls.
 [[nodiscard]] CameraPlace find_camera(const Sighting& sighting, std::string_view id);
 

@@ -42,7 +42,10 @@ std::string allowed(const Parameter& field) {
                    ? fmt::format("{} from {}{}", name_of(field.type), field.min, unit)
                    : fmt::format("{} from {} to {}{}", name_of(field.type), field.min, field.max, unit);
     case Type::string:
+        if (!field.choices.empty()) return fmt::format("{}", fmt::join(field.choices, ", "));
+        break;
     case Type::array:
+    case Type::any:
         break;
     }
     return std::string(name_of(field.type));
@@ -69,9 +72,13 @@ bool has_type(const Json& value, const Parameter& field) {
     case Type::number:
         return value.is_number() && value.get<double>() >= field.min && value.get<double>() <= field.max;
     case Type::string:
-        return value.is_string();
+        return value.is_string() && (field.choices.empty() ||
+                                     std::find(field.choices.begin(), field.choices.end(),
+                                               value.get_ref<const std::string&>()) != field.choices.end());
     case Type::array:
         return value.is_array();
+    case Type::any:
+        return true;
     }
     return false;
 }

@@ -4,9 +4,13 @@
 
 #include "web/kept_frames.hpp"
 #include "web/message.hpp"
+#include "web/view.hpp"
 
+#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <mutex>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -20,12 +24,21 @@ public:
     FrameFiles(const FrameFiles&) = delete;
     FrameFiles& operator=(const FrameFiles&) = delete;
 
-    /// A frame as "png", "fits", "raw", "jpg" or "json". Throws Error where the folder cannot be written,
-    /// Refusal (422) for a frame too large for a JPEG.
-    [[nodiscard]] Response response(std::string_view format, const KeptFrame& frame);
+    /// A frame as "png", "fits", "raw", "jpg" or "json", or what a view shows of it; the contrast of a JPEG
+    /// is that of the whole frame. Throws Error where the folder cannot be written, Refusal (422) for what is
+    /// too large for a JPEG.
+    [[nodiscard]] Response response(std::string_view format, const KeptFrame& frame, const View& view = {});
+
+    /// Irradiance of a frame as OpenEXR: the answer to the call `irradiance`, planes of `height` x `width`.
+    /// Throws as response(), and exceptions of JSON.
+    [[nodiscard]] Response irradiance(const CameraId& camera, const nlohmann::ordered_json& head,
+                                      std::span<const float> values, std::size_t height, std::size_t width);
 
 private:
     [[nodiscard]] std::string file(std::string_view format, const KeptFrame& frame);
+    /// The bytes of a file of that name in the folder, which `write` makes.
+    [[nodiscard]] std::string made(const std::string& name,
+                                   const std::function<void(const std::filesystem::path&)>& write);
 
     std::mutex mutex_;             ///< held while a file is made
     std::filesystem::path folder_; ///< made for the first file

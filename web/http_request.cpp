@@ -30,6 +30,7 @@ Request request_of(const http::request<http::string_body>& message) {
     request.content_type = value(http::field::content_type);
     request.if_match = value(http::field::if_match);
     request.if_none_match = value(http::field::if_none_match);
+    request.accept = value(http::field::accept);
     request.accept_encoding = value(http::field::accept_encoding);
     request.prefer = value(http::field::prefer);
     request.last_event_id = value("Last-Event-ID");

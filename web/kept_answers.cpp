@@ -24,8 +24,7 @@ KeptAnswers::Begun KeptAnswers::begin(std::string_view token, std::string_view k
     constexpr std::string_view header = "Idempotency-Key";
     if (!is_key(key))
         throw Refusal(422, "value",
-                      fmt::format("{}: allowed: 1 to {} visible ASCII characters", header, most_key_bytes),
-                      header);
+                      fmt::format("{}: allowed: 1 to {} visible ASCII characters", header, most_key_bytes));
     std::string whose = tools::sha256_of(token), what = tools::sha256_of(command);
     const std::lock_guard lock(mutex_);
     drop(now, nullptr);
@@ -38,8 +37,7 @@ KeptAnswers::Begun KeptAnswers::begin(std::string_view token, std::string_view k
         return {std::nullopt, std::make_shared<Command>(*this, last_id_)};
     }
     if (found->command != what)
-        throw Refusal(422, "other-command", fmt::format("{}: this key is that of another command", header),
-                      header);
+        throw Refusal(422, "other-command", fmt::format("{}: this key is that of another command", header));
     if (!found->answer) {
         Refusal refusal(409, "in-progress", "the command with this Idempotency-Key has no answer yet");
         refusal.response.headers.emplace_back("Retry-After", "1");

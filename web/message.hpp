@@ -16,7 +16,7 @@ namespace obscura::web {
 struct Request {
     std::string_view method, target;       ///< "GET", "/api/v1/events?after=3"
     std::string_view host, origin, bearer; ///< of the headers; empty: missing
-    std::string_view content_type, if_match, if_none_match, accept_encoding, prefer, idempotency_key,
+    std::string_view content_type, if_match, if_none_match, accept, accept_encoding, prefer, idempotency_key,
         last_event_id;
     std::string_view body;
     bool has_host = false, has_origin = false, has_idempotency_key = false;

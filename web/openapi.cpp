@@ -17,7 +17,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json schema_of(const Parameter& field) {
+    if (field.type == Parameter::Type::any) return Json::object();
     Json schema{{"type", name_of(field.type)}};
+    if (!field.choices.empty()) schema["enum"] = field.choices;
     if (field.type == Parameter::Type::integer || field.type == Parameter::Type::number) {
         schema["minimum"] = field.min;
         if (field.max < std::numeric_limits<double>::max()) schema["maximum"] = field.max;
@@ -47,6 +49,8 @@ Json parameters_of(const Route& route) {
     Json parameters = Json::array();
     if (route.path.find("{camera}") != std::string_view::npos)
         parameters.push_back({{"$ref", "#/components/parameters/camera"}});
+    if (route.path.find("{feature}") != std::string_view::npos)
+        parameters.push_back({{"$ref", "#/components/parameters/feature"}});
     if (route.path.find("{frame}") != std::string_view::npos)
         parameters.push_back({{"$ref", "#/components/parameters/frame"}});
     for (const Parameter& field : route.query) {
@@ -76,7 +80,13 @@ Json responses_of(const Route& route) {
     else if (type == "application/json")
         content[type] = {{"schema", {{"type", "object"}}}};
     const bool of_camera = route.path.find("{camera}") != std::string_view::npos;
-    const bool of_newest = route.path.find("/frames/latest.") != std::string_view::npos;
+    const bool of_newest =
+        route.path.find("/frames/latest") != std::string_view::npos && route.answers != Answers::frame_exr;
+    if (route.answers == Answers::frame)
+        for (const FrameForm& form : frame_forms())
+            content[std::string(form.type)] = form.suffix == "json"
+                                                  ? Json{{"schema", {{"$ref", "#/components/schemas/Frame"}}}}
+                                                  : Json::object();
     if (route.answers == Answers::events) content["text/event-stream"] = Json::object();
     Json responses{{"200", {{"description", route.help}, {"content", content}}}};
     if (route.answers == Answers::trigger)
@@ -94,6 +104,7 @@ Json responses_of(const Route& route) {
     refuse(route.role.has_value(), {"401"});
     refuse(true, {"403"});
     refuse(of_camera || route.answers == Answers::support_bundle, {"404", "409"});
+    refuse(route.answers == Answers::frame, {"406"});
     refuse(route.method == "PATCH" || route.method == "PUT", {"412"});
     refuse(route.changes(), {"415"});
     refuse(true, {"421"});
@@ -143,7 +154,15 @@ Json openapi_document(std::string_view version) {
          {{"name", "camera"},
           {"in", "path"},
           {"required", true},
-          {"description", "`id` of a camera in the answer to /api/v1/state"},
+          {"description",
+           "`id` of a camera in the answer to /api/v1/cameras; where one daemon runs, the number of its "
+           "camera, from 0, does as well, and is the same for the next run of that daemon"},
+          {"schema", {{"type", "string"}}}}},
+        {"feature",
+         {{"name", "feature"},
+          {"in", "path"},
+          {"required", true},
+          {"description", "Name of SFNC, as in the answer to .../features"},
           {"schema", {{"type", "string"}}}}},
         {"frame",
          {{"name", "frame"},

@@ -8,7 +8,9 @@ const std::string_view openapi_schemas = R"({
 "Problem": {"type": "object", "required": ["type", "status", "title", "detail"], "properties": {
     "type": {"type": "string", "pattern": "^urn:obscura:"}, "status": {"type": "integer", "minimum": 400, "maximum": 599},
     "title": {"type": "string"}, "detail": {"type": "string"},
-    "errors": {"type": "array", "items": {"type": "object", "required": ["field", "detail"]}}}},
+    "errors": {"type": "array", "items": {"type": "object", "required": ["pointer", "detail"], "properties": {
+        "pointer": {"description": "JSON Pointer of what is wrong in the body, or of a parameter of the query", "type": "string"},
+        "detail": {"type": "string"}}}}}},
 "Count": {"description": "A whole number as text: it may exceed what a double holds", "type": "string", "pattern": "^-?[0-9]+$"},
 "Ready": {"type": "object", "required": ["ready", "checks"], "properties": {
     "ready": {"type": "boolean"}, "checks": {"type": "object", "additionalProperties": {"type": "string"}}}},
@@ -21,11 +23,18 @@ const std::string_view openapi_schemas = R"({
         "daemon": {"type": "object", "required": ["pid", "version"], "properties": {
             "pid": {"type": "integer"}, "version": {"type": "string"},
             "control": {"description": "Where it takes calls; empty: nowhere", "type": "string"}}},
-        "cameras": {"type": "array", "items": {"type": "object", "required": ["id", "verdict", "acquiring"], "properties": {
-            "id": {"type": "string", "pattern": "^[0-9]+-[0-9]+$"},
-            "acquiring": {"type": "boolean"}, "controller": {"type": "string"},
-            "verdict": {"type": "object", "required": ["health", "text"], "properties": {
-                "health": {"enum": ["good", "idle", "bad"]}, "text": {"type": "string"}}}}}}}}}}},
+        "cameras": {"type": "array", "items": {"$ref": "#/components/schemas/Camera"}}}}}}},
+"Cameras": {"type": "object", "required": ["cameras", "error"], "properties": {
+    "error": {"description": "Why there is none; else empty", "type": "string"},
+    "cameras": {"type": "array", "items": {"type": "object", "required": ["id", "number", "daemon", "config", "address", "acquiring", "verdict"], "properties": {
+        "id": {"type": "string", "pattern": "^[0-9]+-[0-9]+$"}, "number": {"description": "In the configuration of its daemon, from 0", "type": "integer"},
+        "daemon": {"description": "Its process", "type": "integer"}, "config": {"type": "string"},
+        "address": {"description": "Of its GigE Vision side; \"none\": it has none", "type": "string"}, "acquiring": {"type": "boolean"},
+        "verdict": {"$ref": "#/components/schemas/Verdict"}}}}}},
+"Verdict": {"type": "object", "required": ["health", "text"], "properties": {"health": {"enum": ["good", "idle", "bad"]}, "text": {"type": "string"}}},
+"Camera": {"type": "object", "required": ["id", "verdict", "acquiring"], "properties": {
+    "id": {"type": "string", "pattern": "^[0-9]+-[0-9]+$"}, "acquiring": {"type": "boolean"}, "controller": {"type": "string"},
+    "verdict": {"$ref": "#/components/schemas/Verdict"}}},
 "Events": {"type": "object", "required": ["events"], "properties": {
     "events": {"type": "array", "items": {"type": "object", "required": ["id", "utc", "level", "text", "pid"], "properties": {
         "id": {"type": "integer", "minimum": 1}, "utc": {"type": "string"},
@@ -42,9 +51,12 @@ const std::string_view openapi_schemas = R"({
     "scheduling": {"type": "string"}, "p99_us": {"description": "99 of 100 rows are released so late at most", "type": "number", "x-unit": "us"},
     "rows": {"type": "array", "items": {"type": "object", "required": ["name", "rate_hz", "rows", "p50_us", "p99_us", "max_us"]}}}},
 "Features": {"type": "object", "required": ["features"], "properties": {
-    "features": {"type": "array", "items": {"type": "object", "required": ["name", "value", "type", "locked"], "properties": {
-        "name": {"type": "string"}, "value": {}, "type": {"type": "string"}, "unit": {"type": "string"},
-        "help": {"type": "string"}, "locked": {"type": "boolean"}}}}}},
+    "features": {"type": "array", "items": {"$ref": "#/components/schemas/Feature"}}}},
+"Feature": {"type": "object", "required": ["name", "value", "type", "locked", "access", "locked_by"], "properties": {
+    "name": {"type": "string"}, "value": {}, "type": {"type": "string"}, "unit": {"type": "string"},
+    "min": {"type": "number"}, "max": {"type": "number"}, "increment": {"type": "number"}, "allowed": {"type": "string"}, "category": {"type": "string"},
+    "help": {"type": "string"}, "access": {"enum": ["rw"]}, "locked": {"description": "Not to be changed while it acquires", "type": "boolean"},
+    "locked_by": {"description": "Who or what keeps it from being changed now; null: nothing", "type": ["string", "null"]}}},
 "Changed": {"type": "object", "required": ["changed"], "properties": {
     "changed": {"description": "All settings that have changed, and their values now", "type": "object"}}},
 "Trigger": {"type": "object", "required": ["accepted"], "properties": {

@@ -12,6 +12,24 @@ namespace obscura::web {
 
 using Json = nlohmann::ordered_json;
 
+namespace {
+
+/// "rules[1].percent" as a fragment of RFC 6901: "#/rules/1/percent".
+std::string pointer_of(std::string_view field) {
+    std::string pointer = "#/";
+    for (const char c : field) {
+        if (c == '.' || c == '[')
+            pointer += '/';
+        else if (c == '~' || c == '/')
+            pointer += c == '~' ? "~0" : "~1";
+        else if (c != ']')
+            pointer += c;
+    }
+    return pointer;
+}
+
+} // namespace
+
 std::string dumped(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -28,7 +46,7 @@ Response problem(unsigned status, std::string_view type, std::string_view detail
               {"status", status},
               {"title", type},
               {"detail", detail}};
-    if (!field.empty()) body["errors"] = {{{"field", field}, {"detail", detail}}};
+    if (!field.empty()) body["errors"] = {{{"pointer", pointer_of(field)}, {"detail", detail}}};
     Response response;
     response.status = status;
     response.type = "application/problem+json";

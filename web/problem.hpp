@@ -17,8 +17,8 @@ namespace obscura::web {
 /// 200 with a body of JSON.
 [[nodiscard]] Response json_answer(const nlohmann::ordered_json& json);
 
-/// `type`: the cause for programs, "urn:obscura:TYPE". `field`: what of the request is wrong; empty: not
-/// known.
+/// `type`: the cause for programs, "urn:obscura:TYPE". `field`: what of the request is wrong, a name of the
+/// body or the query, as "rules[1].percent"; the answer has it as a JSON Pointer. Empty: not known.
 [[nodiscard]] Response problem(unsigned status, std::string_view type, std::string_view detail,
                                std::string_view field = {});
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/route_table.hpp"
 
+#include "web/view.hpp"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -15,7 +17,14 @@ using Type = Parameter::Type;
 constexpr double most_id = 9e15; ///< that a double holds exactly
 
 constexpr std::string_view text_type = "text/plain; charset=utf-8", json_type = "application/json",
+                           exr_type = "image/x-exr",
                            mjpeg_type = "multipart/x-mixed-replace; boundary=picture";
+
+/// The first one is what clients get that name none.
+constexpr std::array forms{
+    FrameForm{"png", "image/png"},         FrameForm{"fits", "image/fits"},
+    FrameForm{"fits", "application/fits"}, FrameForm{"jpg", "image/jpeg"},
+    FrameForm{"json", json_type},          FrameForm{"raw", "application/octet-stream"}};
 
 constexpr std::array events_query{
     Parameter{"after", Type::integer, "Only lines with a larger id", false, 0, most_id},
@@ -36,13 +45,31 @@ constexpr std::array probe_query{
     Parameter{"frame", Type::integer,
               "Number of a frame, one of the newest; 0: the newest, which is the default", false, 0,
               most_id}};
-constexpr std::array frame_query{
-    Parameter{"after", Type::integer, "Only a frame with a larger id: that of the last answer", false, 0,
-              most_id},
-    Parameter{"wait", Type::number, "Longest wait for such a frame", false, 0, 30, "s"}};
+constexpr Parameter after{
+    "after", Type::integer, "Only a frame with a larger id: that of the last answer", false, 0, most_id};
+constexpr Parameter wait{"wait", Type::number, "Longest wait for such a frame", false, 0, 30, "s"};
+constexpr std::array frame_query{after, wait};
+constexpr std::array<std::string_view, 2> reductions{"max", "mean"};
+constexpr Parameter view_x{
+    "x", Type::integer, "First column of the part that is wanted", false, 0, View::most_side, "px"};
+constexpr Parameter view_y{"y", Type::integer, "First row of it", false, 0, View::most_side, "px"};
+constexpr Parameter view_w{"w", Type::integer, "Its columns; 0: all further ones", false, 0, View::most_side,
+                           "px"};
+constexpr Parameter view_h{"h", Type::integer, "Its rows; 0: all further ones", false, 0, View::most_side,
+                           "px"};
+constexpr Parameter view_bin{"bin", Type::integer, "Columns and rows of which one pixel is made", false,
+                             1,     View::most_bin};
+constexpr Parameter view_reduce{
+    .name = "reduce",
+    .type = Type::string,
+    .help = "What becomes of the pixels of a bin: their max, which is the default, or their mean",
+    .choices = reductions};
+constexpr std::array picture_query{view_x, view_y, view_w, view_h, view_bin, view_reduce};
+constexpr std::array newest_picture_query{after, wait, view_x, view_y, view_w, view_h, view_bin, view_reduce};
 constexpr std::array truth_query{Parameter{
     "frame", Type::integer, "Frame of that number, one of the latest that were looked at; 0: the newest",
     false, 0, most_id}};
+constexpr std::array feature_fields{Parameter{"value", Type::any, "Its value from now on", true}};
 constexpr std::array trigger_fields{
     Parameter{"wait", Type::boolean, "Answer when the fate of the frame is known, which is the default"}};
 constexpr std::array acquisition_fields{
@@ -89,11 +116,20 @@ constexpr std::array all_routes{
           "The latest changes that were made here, oldest first", json_type, "Audit", audit_query},
     Route{Answers::openapi, "GET", "/api/v1/openapi.json", "openapi", Role::viewer,
           "This interface as OpenAPI 3.1", json_type},
+    Route{Answers::cameras, "GET", "/api/v1/cameras", "cameras", Role::viewer,
+          "Cameras of the daemons that answer", json_type, "Cameras"},
+    Route{Answers::camera, "GET", "/api/v1/cameras/{camera}", "camera", Role::viewer,
+          "What its daemon said last of a camera", json_type, "Camera"},
     Route{Answers::features, "GET", "/api/v1/cameras/{camera}/features", "features", Role::viewer,
           "Settings of a camera by their SFNC names", json_type, "Features"},
     Route{Answers::set_features, "PATCH", "/api/v1/cameras/{camera}/features", "features.set", Role::control,
           "Changes settings: all that are named, or none if one is wrong", json_type, "Changed", force_query,
           Body::map},
+    Route{Answers::feature, "GET", "/api/v1/cameras/{camera}/features/{feature}", "feature", Role::viewer,
+          "One of these settings", json_type, "Feature"},
+    Route{Answers::set_feature, "PUT", "/api/v1/cameras/{camera}/features/{feature}", "feature.set",
+          Role::control, "Changes it; answers with all settings that have changed", json_type, "Changed",
+          force_query, Body::fields, feature_fields},
     Route{Answers::trigger,
           "POST",
           "/api/v1/cameras/{camera}/trigger",
@@ -235,6 +271,18 @@ constexpr std::array all_routes{
     Route{Answers::configuration, "GET", "/api/v1/cameras/{camera}/configuration", "configuration",
           Role::viewer, "Every key of the configuration, its value and where that comes from", json_type,
           "Configuration"},
+    Route{Answers::set_configuration,
+          "PATCH",
+          "/api/v1/cameras/{camera}/configuration",
+          "configuration.set",
+          Role::admin,
+          "Changes values that a reload can change, given as tables of the file, {\"trigger\": {\"rate_hz\": "
+          "20}}: all or "
+          "none; the file stays as it is, and the next reload returns to it",
+          json_type,
+          "Changed",
+          {},
+          Body::map},
     Route{Answers::frame_json, "GET", "/api/v1/cameras/{camera}/frames/latest.json", "frame.json",
           Role::viewer, "What is known of the newest frame; 204 if none came", json_type, "Frame",
           frame_query},
@@ -246,7 +294,7 @@ constexpr std::array all_routes{
           "The newest frame, 16 bits a pixel, digital numbers as they are",
           "image/png",
           {},
-          frame_query},
+          newest_picture_query},
     Route{Answers::frame_fits,
           "GET",
           "/api/v1/cameras/{camera}/frames/latest.fits",
@@ -264,7 +312,7 @@ constexpr std::array all_routes{
           "The newest frame as little-endian numbers of 16 bits, row by row",
           "application/octet-stream",
           {},
-          frame_query},
+          newest_picture_query},
     Route{Answers::frame_jpeg,
           "GET",
           "/api/v1/cameras/{camera}/frames/latest.jpg",
@@ -274,7 +322,7 @@ constexpr std::array all_routes{
           "8192 columns and rows",
           "image/jpeg",
           {},
-          frame_query},
+          newest_picture_query},
     Route{Answers::pictures, "GET", "/api/v1/cameras/{camera}/live.mjpg", "live.mjpg", Role::viewer,
           "Pictures of at most 512 pixels a side, at most 5 a second, as JPEG with the contrast of previews, "
           "for players; the "
@@ -284,20 +332,59 @@ constexpr std::array all_routes{
           "The same of the first camera", mjpeg_type},
     Route{Answers::frame_json, "GET", "/api/v1/cameras/{camera}/frames/{frame}.json", "frame.id.json",
           Role::viewer, "What is known of a frame that a viewer sees, or has just seen", json_type, "Frame"},
-    Route{Answers::frame_png, "GET", "/api/v1/cameras/{camera}/frames/{frame}.png", "frame.id.png",
-          Role::viewer, "That frame, 16 bits a pixel, digital numbers as they are", "image/png"},
+    Route{Answers::frame_png,
+          "GET",
+          "/api/v1/cameras/{camera}/frames/{frame}.png",
+          "frame.id.png",
+          Role::viewer,
+          "That frame, 16 bits a pixel, digital numbers as they are",
+          "image/png",
+          {},
+          picture_query},
     Route{Answers::frame_fits, "GET", "/api/v1/cameras/{camera}/frames/{frame}.fits", "frame.id.fits",
           Role::viewer, "That frame with its metadata", "image/fits"},
-    Route{Answers::frame_raw, "GET", "/api/v1/cameras/{camera}/frames/{frame}.raw", "frame.id.raw",
-          Role::viewer, "That frame as little-endian numbers of 16 bits, row by row",
-          "application/octet-stream"},
-    Route{Answers::frame_jpeg, "GET", "/api/v1/cameras/{camera}/frames/{frame}.jpg", "frame.id.jpg",
-          Role::viewer, "That frame as 8-bit grey JPEG, as above", "image/jpeg"},
+    Route{Answers::frame_raw,
+          "GET",
+          "/api/v1/cameras/{camera}/frames/{frame}.raw",
+          "frame.id.raw",
+          Role::viewer,
+          "That frame as little-endian numbers of 16 bits, row by row",
+          "application/octet-stream",
+          {},
+          picture_query},
+    Route{Answers::frame_jpeg,
+          "GET",
+          "/api/v1/cameras/{camera}/frames/{frame}.jpg",
+          "frame.id.jpg",
+          Role::viewer,
+          "That frame as 8-bit grey JPEG, as above",
+          "image/jpeg",
+          {},
+          picture_query},
+    Route{Answers::frame_exr, "GET", "/api/v1/cameras/{camera}/frames/latest.exr", "frame.exr", Role::viewer,
+          "Irradiance of the newest frame, W/m2 at the entrance pupil, one channel a spectral band: rendered "
+          "again "
+          "without a detector, one frame at a time, which takes seconds",
+          exr_type},
+    Route{Answers::frame_exr, "GET", "/api/v1/cameras/{camera}/frames/{frame}.exr", "frame.id.exr",
+          Role::viewer, "The same of that frame, while its daemon keeps it: one of the newest four",
+          exr_type},
+    Route{Answers::frame,
+          "GET",
+          "/api/v1/cameras/{camera}/frames/latest",
+          "frame",
+          Role::viewer,
+          "The newest frame in the form that the header Accept names, 406 if that is none; without it as PNG",
+          "image/png",
+          {},
+          frame_query},
+    Route{Answers::frame, "GET", "/api/v1/cameras/{camera}/frames/{frame}", "frame.id", Role::viewer,
+          "That frame in the form that the header Accept names", "image/png"},
 };
 
 /// Whether a path is of that pattern; what stands for its names goes to `found`.
 bool is_of(std::string_view path, std::string_view pattern, Match& found) {
-    std::string_view camera;
+    std::string_view camera, feature;
     std::optional<std::uint64_t> frame;
     while (true) {
         const std::size_t at = pattern.find('{');
@@ -314,18 +401,23 @@ bool is_of(std::string_view path, std::string_view pattern, Match& found) {
             size = static_cast<std::size_t>(end - path.data());
             frame = number;
         } else {
-            camera = path.substr(0, size);
+            (name == "{feature}" ? feature : camera) = path.substr(0, size);
         }
         if (size == 0) return false;
         path.remove_prefix(size);
         pattern.remove_prefix(name.size());
     }
     found.camera = camera;
+    found.feature = feature;
     found.frame = frame;
     return true;
 }
 
 } // namespace
+
+std::span<const FrameForm> frame_forms() {
+    return forms;
+}
 
 std::span<const Route> routes() {
     return all_routes;

@@ -25,8 +25,12 @@ enum class Answers : std::uint8_t {
     me,
     audit,
     openapi,
+    cameras,
+    camera,
     features,
     set_features,
+    feature,
+    set_feature,
     trigger,
     acquisition,
     timing,
@@ -38,6 +42,7 @@ enum class Answers : std::uint8_t {
     scenes,
     show_scene,
     configuration,
+    set_configuration,
     scene,
     pose,
     step,
@@ -53,24 +58,27 @@ enum class Answers : std::uint8_t {
     frame_raw,
     frame_jpeg,
     frame_json,
+    frame_exr,
+    frame,    ///< in the form that the client takes
     pictures, ///< of the camera, or of the first one
 };
 
 /// A field of a query or of a body.
 struct Parameter {
-    enum class Type : std::uint8_t { boolean, integer, number, string, array };
+    enum class Type : std::uint8_t { boolean, integer, number, string, array, any };
     std::string_view name;
     Type type = Type::string;
     std::string_view help;
     bool required = false;
     double min = 0, max = std::numeric_limits<double>::max(); ///< of numbers
     std::string_view unit{};
+    std::span<const std::string_view> choices{}; ///< of strings; empty: any
 };
 constexpr auto enum_names(Parameter::Type /*type*/) {
     using T = Parameter::Type;
     return std::array{EnumName{T::boolean, "boolean"}, EnumName{T::integer, "integer"},
-                      EnumName{T::number, "number"}, EnumName{T::string, "string"},
-                      EnumName{T::array, "array"}};
+                      EnumName{T::number, "number"},   EnumName{T::string, "string"},
+                      EnumName{T::array, "array"},     EnumName{T::any, "any"}};
 }
 
 /// What the body of a request holds.
@@ -84,7 +92,9 @@ enum class Body : std::uint8_t {
 struct Route {
     Answers answers;
     std::string_view method; ///< HEAD goes where GET goes
-    /// "{camera}" stands for the id of a camera, "{frame}" for that of a frame, digits.
+    /// "{camera}" stands for the id of a camera, or its number where one daemon runs, "{feature}" for a name
+    /// of SFNC,
+    /// "{frame}" for the id of a frame, digits.
     std::string_view path;
     std::string_view id;      ///< of the operation, also in the record of changes
     std::optional<Role> role; ///< none: open to all
@@ -100,10 +110,17 @@ struct Route {
 };
 [[nodiscard]] std::span<const Route> routes();
 
+/// A form in which a frame can be had.
+struct FrameForm {
+    std::string_view suffix, type; ///< of the media type
+};
+/// For Answers::frame.
+[[nodiscard]] std::span<const FrameForm> frame_forms();
+
 /// Where a request goes.
 struct Match {
     const Route* route = nullptr;          ///< null: no row has path and method
-    std::string_view camera;               ///< what stands for "{camera}"
+    std::string_view camera, feature;      ///< what stands for "{camera}", "{feature}"
     std::optional<std::uint64_t> frame;    ///< what stands for "{frame}"
     std::vector<std::string_view> methods; ///< that the path has; empty: there is no such path
 };

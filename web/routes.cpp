@@ -2,6 +2,7 @@
 #include "web/routes.hpp"
 
 #include "core/latency_histogram.hpp"
+#include "core/suggestion.hpp"
 #include "tools/batch/sha256.hpp"
 #include "tools/support/metrics_text.hpp"
 #include "web/content_coding.hpp"
@@ -97,6 +98,46 @@ std::string first_camera(const Sighting& sighting) {
     return {};
 }
 
+/// The suffix of the form of a frame that suits a header Accept best. Throws Refusal.
+std::string_view frame_form(std::string_view accept) {
+    double best = 0;
+    std::string_view suffix;
+    for (const FrameForm& form : frame_forms())
+        if (const double weight = accepted(accept, form.type); weight > best) {
+            best = weight;
+            suffix = form.suffix;
+        }
+    if (!suffix.empty()) return suffix;
+    std::string types;
+    for (const FrameForm& form : frame_forms())
+        types += fmt::format("{}{}", types.empty() ? "" : ", ", form.type);
+    throw Refusal(406, "not-acceptable", fmt::format("a frame can be had as {}", types));
+}
+
+/// Paths of the table that a mistyped one may mean, with its own camera.
+Response no_such_path(std::string_view path) {
+    constexpr std::string_view cameras = "/api/v1/cameras/";
+    constexpr std::size_t most = 120;
+    std::string detail = "the paths stand in /api/v1/openapi.json";
+    if (path.size() <= most) {
+        std::string_view camera;
+        if (path.starts_with(cameras))
+            camera = path.substr(cameras.size(), path.find('/', cameras.size()) - cameras.size());
+        std::vector<std::string> paths;
+        for (const Route& route : routes()) {
+            std::string one(route.path);
+            if (const std::size_t at = one.find("{camera}"); at != std::string::npos) {
+                if (camera.empty()) continue;
+                one.replace(at, 8, camera);
+            }
+            if (one.find('{') == std::string::npos) paths.push_back(std::move(one));
+        }
+        if (const auto close = closest_word(path, {paths.begin(), paths.end()}))
+            detail += fmt::format("; did you mean {}?", *close);
+    }
+    return problem(404, "no-such-path", detail);
+}
+
 /// 304 where the client has the answer already.
 void leave_out(Response& response, std::string_view if_none_match) {
     if (response.status != 200 || if_none_match.empty()) return;
@@ -150,7 +191,7 @@ Response Routes::checked_answer(const Request& request, std::string_view& route)
         return response;
     }
     const Match found = match(request.method, path);
-    if (found.methods.empty()) return problem(404, "no-such-path", "the paths stand in /api/v1/openapi.json");
+    if (found.methods.empty()) return no_such_path(path);
     if (found.route == nullptr) {
         std::string methods;
         for (const std::string_view method : found.methods)
@@ -185,6 +226,10 @@ Response Routes::dispatch(const Request& request, const Match& match, std::strin
         return response;
     case Answers::state:
         return state();
+    case Answers::cameras:
+        return cameras();
+    case Answers::camera:
+        return camera(match.camera);
     case Answers::events:
         return events(fields, request.last_event_id);
     case Answers::me:
@@ -203,7 +248,7 @@ Response Routes::dispatch(const Request& request, const Match& match, std::strin
         response.job = self_test_job();
         return response;
     case Answers::pictures:
-        response.pictures_of = camera_with_pictures(match.camera);
+        response.pictures_of = seen_camera(match.camera);
         return response;
     default:
         return camera_job(request, match, std::move(fields), holder);
@@ -236,21 +281,25 @@ Response Routes::camera_job(const Request& request, const Match& match, Json que
     const auto sighting = watch_.latest();
     const std::string camera = route.answers == Answers::support_bundle
                                    ? query.value("camera", first_camera(*sighting))
-                                   : std::string(match.camera);
+                                   : camera_id(*sighting, match.camera);
+    std::string_view form = route.path.substr(route.path.rfind('.') + 1);
+    if (route.answers == Answers::frame) form = frame_form(request.accept);
     // A frame that is kept needs no daemon.
     CameraPlace place;
-    if (match.frame)
+    if (match.frame && route.answers != Answers::frame_exr)
         place.id = camera;
     else
         place = find_camera(*sighting, camera);
     Response response;
-    response.job = jobs_.job({&route, std::move(place), match.frame, std::move(query), std::move(body),
-                              std::string(request.if_match),
+    response.job = jobs_.job({&route, std::move(place), std::string(match.feature), match.frame, form,
+                              std::move(query), std::move(body), std::string(request.if_match),
                               fmt::format("{} {}", name_of(holder.role), holder.name), request.address});
+    const bool negotiated = route.answers == Answers::frame;
     response.job->step = [step = std::move(response.job->step), command = std::move(command), at_once,
-                          tags = std::string(request.if_none_match)] {
+                          negotiated, tags = std::string(request.if_none_match)] {
         std::optional<Response> made = step();
         if (!made) return made;
+        if (negotiated) made->headers.emplace_back("Vary", "Accept");
         if (at_once) made->headers.emplace_back("Preference-Applied", "respond-async");
         if (command) command->answered(*made);
         leave_out(*made, tags);
@@ -259,13 +308,41 @@ Response Routes::camera_job(const Request& request, const Match& match, Json que
     return response;
 }
 
-std::string Routes::camera_with_pictures(std::string_view camera) const {
+std::string Routes::seen_camera(std::string_view camera) const {
     const auto sighting = watch_.latest();
     if (sighting->states.empty()) throw Refusal(503, "no-daemon", sighting->error);
+    const std::string id = camera_id(*sighting, camera);
     for (const Json& state : sighting->states)
         for (const Json& one : state["cameras"])
-            if (camera.empty() || one["id"] == camera) return one["id"];
-    throw Refusal(404, "no-such-camera", "the cameras stand in /api/v1/state");
+            if (id.empty() || one["id"] == id) return one["id"];
+    throw Refusal(404, "no-such-camera", "the cameras stand in /api/v1/cameras");
+}
+
+Response Routes::cameras() const {
+    const auto sighting = watch_.latest();
+    Json list = Json::array();
+    for (const Json& state : sighting->states) {
+        const Json& daemon = state.at("daemon");
+        std::size_t number = 0;
+        for (const Json& camera : state.at("cameras"))
+            list.push_back({{"id", camera.at("id")},
+                            {"number", number++},
+                            {"daemon", daemon.at("pid")},
+                            {"config", daemon.at("config")},
+                            {"address", camera.at("address")},
+                            {"acquiring", camera.at("acquiring")},
+                            {"verdict", camera.at("verdict")}});
+    }
+    return json_answer({{"cameras", std::move(list)}, {"error", sighting->error}});
+}
+
+Response Routes::camera(std::string_view id) const {
+    const std::string wanted = seen_camera(id);
+    const auto sighting = watch_.latest();
+    for (const Json& state : sighting->states)
+        for (const Json& one : state.at("cameras"))
+            if (one.at("id") == wanted) return json_answer(one);
+    throw Refusal(404, "no-such-camera", "the cameras stand in /api/v1/cameras");
 }
 
 Holder Routes::admit(const Request& request, const Route& route) {

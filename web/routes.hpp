@@ -53,12 +53,15 @@ private:
                                     const Holder& holder);
     [[nodiscard]] Response ready() const;
     [[nodiscard]] Response state() const;
+    [[nodiscard]] Response cameras() const;
+    /// Throws Refusal.
+    [[nodiscard]] Response camera(std::string_view id) const;
     /// `last_id`: header Last-Event-ID of a client that was cut off. Throws Refusal.
     [[nodiscard]] Response events(const nlohmann::ordered_json& query, std::string_view last_id) const;
     [[nodiscard]] Response camera_job(const Request& request, const Match& match,
                                       nlohmann::ordered_json query, const Holder& holder);
     /// The id of that camera; empty: of the first one. Throws Refusal.
-    [[nodiscard]] std::string camera_with_pictures(std::string_view camera) const;
+    [[nodiscard]] std::string seen_camera(std::string_view camera) const;
     /// Who asks. Throws Refusal unless that one may.
     [[nodiscard]] Holder admit(const Request& request, const Route& route);
     [[nodiscard]] Holder admit(std::string_view token, const std::string& address, Role wanted);

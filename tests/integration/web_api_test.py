@@ -27,7 +27,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import openapi_document  # noqa: E402
 import web_server  # noqa: E402
 from gvcp_client import CONTROL, CONTROL_PRIVILEGE, NO_CONTROL, GvcpClient  # noqa: E402
-from read_image import read_fits, read_png  # noqa: E402
+from read_image import read_exr, read_fits, read_png  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 from zstd_frame import zstd  # noqa: E402
 
@@ -45,10 +45,11 @@ ROLES = {"page": None, "alive": None, "ready": "viewer", "metrics": "viewer", "s
          "audit": "viewer", "openapi": "viewer", "features": "viewer", "features.set": "operator", "trigger": "operator",
          "acquisition": "operator", "timing": "viewer", "timing.rows": "viewer", "faults": "viewer", "faults.set": "operator", "truth": "viewer", "probe": "viewer", "scenes": "viewer",
          "scene.show": "operator", "scene": "viewer", "pose": "operator", "step": "operator", "device": "viewer", "device.set": "operator",
-         "release": "admin", "reload": "admin", "log_level": "operator", "support-bundle": "admin", "self-test": "operator", "configuration": "viewer", "frame.json": "viewer",
+         "release": "admin", "reload": "admin", "log_level": "operator", "support-bundle": "admin", "self-test": "operator", "configuration": "viewer", "configuration.set": "admin", "frame.json": "viewer",
          "frame.png": "viewer", "frame.fits": "viewer", "frame.raw": "viewer", "live.mjpg": "viewer", "live.mjpg.first": "viewer",
          "frame.id.json": "viewer", "frame.id.png": "viewer", "frame.id.fits": "viewer", "frame.id.raw": "viewer",
-         "frame.jpg": "viewer", "frame.id.jpg": "viewer"}
+         "frame.jpg": "viewer", "frame.id.jpg": "viewer", "frame.exr": "viewer", "frame.id.exr": "viewer", "frame": "viewer", "frame.id": "viewer",
+         "cameras": "viewer", "camera": "viewer", "feature": "viewer", "feature.set": "operator"}
 ADMINS = next(group for group in grp.getgrall() if group.gr_gid not in (0, os.getegid()))
 HOLDERS = ["viewer", "operator", "admin"]
 failures = []
@@ -138,9 +139,9 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     daemon = camera.start()
     state = {}
 
-    def ask(name, body=None, role="operator", query="", camera_id=None, **headers):
+    def ask(name, body=None, role="operator", query="", camera_id=None, feature="Gain", **headers):
         method, path, _ = document.operations[name]
-        answer = server.ask(path.replace("{camera}", camera_id or ID).replace("{frame}", frame_id) + query, method, tokens.get(role, role), body, **headers)
+        answer = server.ask(path.replace("{camera}", camera_id or ID).replace("{frame}", frame_id).replace("{feature}", feature) + query, method, tokens.get(role, role), body, **headers)
         check(f"{name}{query} {body if body is not None else ''} is answered as the document says: {answer.status}",
               answer.status in (401, 403, 415, 421, 429) or document.fits(name, answer), answer.text[:300])
         return answer
@@ -160,9 +161,9 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     wrong = 0
     frame_id = json.loads(server.ask(f"/api/v1/cameras/{ID}/frames/latest.json?wait=10", token=tokens["viewer"]).text)["id"]
     for name, (method, path, operation) in document.operations.items():
-        wanted, path = operation["x-role"], path.replace("{camera}", ID).replace("{frame}", frame_id)
+        wanted, path = operation["x-role"], path.replace("{camera}", ID).replace("{frame}", frame_id).replace("{feature}", "Gain")
         body = None if method == "GET" else {"no such": 1}
-        query = "?wait=0" if "/frames/latest." in path else "?follow=0" if name == "events" else ""
+        query = "?wait=0" if "/frames/latest" in path and not path.endswith(".exr") else "?follow=0" if name == "events" else ""
         for holder in ["", "wrong", *HOLDERS]:
             answer = server.ask(path + query, method, tokens.get(holder, holder), body)
             if wanted is None:
@@ -186,6 +187,16 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
         check(f"{name}: another method is refused with those that there are", refused.status == 405 and method in refused.headers["Allow"], refused.headers)
     check("force is for admin", ask("features.set", {"Gain": 1}, query="?force=true").status == 403)
     check("a token's role and name", json.loads(ask("me").text) == {"role": "operator", "name": "operator-1"})
+
+    # Cameras, and what a mistyped path may mean.
+    listed = json.loads(ask("cameras").text)
+    check("the cameras are listed", [(c["id"], c["number"], c["daemon"], c["address"]) for c in listed["cameras"]] == [(ID, 0, daemon.pid, f"127.0.0.1:{gvcp}")], listed)
+    check("one of them by its number, which the next run of the daemon has, too", json.loads(ask("camera", camera_id="0").text)["id"] == ID and
+          ask("features", camera_id="0").status == 200 and ask("features", camera_id="1").status == 404 and ask("camera", camera_id="1-1").status == 404)
+    for path, meant in ("/api/v1/stat", "/api/v1/state"), (f"/api/v1/cameras/{ID}/featrues", f"/api/v1/cameras/{ID}/features"), ("/metric", "/metrics"):
+        told = server.ask(path)
+        check(f"{path}: {meant} is proposed", told.status == 404 and json.loads(told.text)["detail"].endswith(f"did you mean {meant}?"), told.text)
+    check("a path that is like none is only refused", "did you mean" not in server.ask("/" + "x" * 5000).text + server.ask("/abcdefghijk").text)
 
     # A pixel of a frame, while frames come.
     x, y = 30, 20
@@ -212,6 +223,22 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     late = ask("features.set", {"Gain": 5}, If_Match=rows.headers["ETag"])
     check("a change of what has changed since is refused", late.status == 412 and json.loads(late.text)["type"] == "urn:obscura:changed", late.text)
     check("and one of what was read is made", ask("features.set", {"Gain": 5}, If_Match=again.headers["ETag"]).status == 200)
+    one = ask("feature")
+    row = json.loads(one.text)
+    check("one setting by its name", row == next(r for r in json.loads(ask("features").text)["features"] if r["name"] == "Gain") and
+          (row["value"], row["unit"], row["min"], row["max"], row["access"], row["locked_by"]) == (5, "dB", 0, 24, "rw", None), row)
+    width = json.loads(ask("feature", feature="Width").text)
+    check("with its increment, and why it cannot change", width["increment"] >= 1 and width["max"] == WIDTH and width["locked_by"] == "not while it acquires", width)
+    missing = ask("feature", feature="Gian")
+    check("one that is not there, with the nearest name", missing.status == 404 and json.loads(missing.text)["detail"].endswith('did you mean "Gain"?') and
+          ask("feature.set", {"value": 1}, feature="Gian").status == 404, missing.text)
+    changed = ask("feature.set", {"value": 4}, If_Match=one.headers["ETag"])
+    check("it changes by itself", json.loads(changed.text) == {"changed": {"Gain": 4.0}} and changed.headers["ETag"] == ask("feature").headers["ETag"], changed.text)
+    check("not if it has changed since", ask("feature.set", {"value": 3}, If_Match=one.headers["ETag"]).status == 412 and ask("feature.set", {}).status == 422)
+    wrong_value = ask("feature.set", {"value": 300})
+    check("a value that is refused has its place and the daemon's text", wrong_value.status == 422 and
+          json.loads(wrong_value.text)["errors"][0]["pointer"].endswith("Gain") and "allowed 0 to 24 dB" in json.loads(wrong_value.text)["errors"][0]["detail"], wrong_value.text)
+    ask("feature.set", {"value": 5})
     for body, text in ({"Gain": 300, "ExposureTime": 5000}, "allowed 0 to 24 dB"), ({"NoSuch": 1}, "NoSuch"), ({"Gain": [1]}, "Gain"):
         refused = ask("features.set", body)
         check(f"{body} is refused with the daemon's text", refused.status == 422 and text in json.loads(refused.text)["detail"], refused.text)
@@ -242,6 +269,28 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     check("the JPEG is one", jpeg.headers["Content-Type"] == "image/jpeg" and jpeg.content[:2] == b"\xff\xd8" and jpeg.content[-2:] == b"\xff\xd9", jpeg.headers)
     check("their headers name it", {a.headers["X-Obscura-Frame"] for a in (raw, png, fits, jpeg)} == {known["frame"]} and
           raw.headers["Content-Disposition"].endswith('.raw"') and read_fits(fits.content)[2]["FRAMEID"] == known["frame"])
+    for accept, wanted in ("image/fits", fits), ("image/png;q=0.5, image/jpeg", jpeg), ("application/octet-stream", raw), ("*/*", png), ("image/*;q=0.3, text/html", png), \
+            ("image/png;q=0, application/fits", fits):
+        got = ask("frame", Accept=accept)
+        check(f"Accept: {accept}", got.content == wanted.content and got.headers["ETag"] == wanted.headers["ETag"] and got.headers["Vary"] == "Accept", got.headers)
+    check("as JSON, too", json.loads(ask("frame", Accept="application/json").text)["id"] == known["id"])
+    check("not in a form that there is not", {ask("frame", Accept=accept).status for accept in ("text/html", "image/webp, video/*", "image/png;q=0")} == {406})
+    check("their headers tell exposure and gain", (raw.headers["X-Obscura-Exposure-us"], raw.headers["X-Obscura-Gain-dB"]) == ("50.0", "5.0"), raw.headers)
+    rows = [numbers[y * WIDTH:(y + 1) * WIDTH] for y in range(HEIGHT)]
+    part = ask("frame.raw", query="?x=3&y=40&w=20&h=30")
+    check("a part of it has the numbers of that part", struct.unpack(f"<{20 * 8}H", part.content) == tuple(v for row in rows[40:] for v in row[3:23]) and
+          part.headers["X-Obscura-View"] == "3,40,20,8,1,max" and part.headers["X-Obscura-Height"] == "8", part.headers)
+    for reduce, of in ("max", max), ("mean", lambda bin: (sum(bin) + len(bin) // 2) // len(bin)):
+        binned = ask("frame.png", query=f"?bin=5&reduce={reduce}")
+        bins = [[rows[y][x] for y in range(v, min(v + 5, HEIGHT)) for x in range(u, min(u + 5, WIDTH))] for v in range(0, HEIGHT, 5) for u in range(0, WIDTH, 5)]
+        check(f"bins of 5 pixels: their {reduce}", read_png(binned.content)[0] == tuple(of(bin) for bin in bins) and binned.headers["ETag"] != png.headers["ETag"])
+    check("what is no view is refused", {ask("frame.raw", query=f"?{q}").status for q in ("bin=0", "bin=65", "reduce=min", "x=-1", "w=1.5")} == {422} and
+          ask("frame.fits", query="?bin=2").status == 422)
+    light = ask("frame.exr")
+    pixel = json.loads(ask("probe", query="?x=30&y=20").text)
+    image = read_exr(light.content)[0] if light.status == 200 else None
+    check("its irradiance is rendered again: that of the probe, bit for bit", light.headers["X-Obscura-Frame"] == known["frame"] and len(image) == WIDTH * HEIGHT and
+          image[20 * WIDTH + 30] == struct.unpack("f", struct.pack("f", pixel["irradiance_w_m2"]))[0] > 0, (light.status, light.text[:200] if light.status != 200 else pixel))
     file = folder / "frames" / f"run2_frame_{int(known['frame']):06}.raw"
     check("and are what the daemon wrote", wait_for(lambda: file.exists() and file.stat().st_size == len(raw.content)) and file.read_bytes() == raw.content)
     seen = int(known["id"])
@@ -254,6 +303,13 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     for kind, latest in ("raw", raw), ("png", png), ("fits", fits), ("jpg", jpeg):
         again = ask(f"frame.id.{kind}")
         check(f"an earlier frame is still there by its id, as {kind}", again.content == latest.content and again.headers["ETag"] == latest.headers["ETag"])
+    check("and in the form that is wanted, or in part", ask("frame.id", Accept="image/fits").content == fits.content and ask("frame.id", Accept="text/html").status == 406 and
+          ask("frame.id.raw", query="?x=3&y=40&w=20&h=30").content == part.content)
+    check("its irradiance is too, while the daemon keeps it", ask("frame.id.exr").content == light.content)
+    for _ in range(3):
+        ask("trigger", {})
+        seen = int(json.loads(ask("frame.json", query=f"?after={seen}&wait=10").text)["id"])
+    check("and then no more", ask("frame.id.exr").status == 409)
     frame_id = "0"
     check("one that is not kept is gone", json.loads(ask("frame.id.fits").text)["type"] == "urn:obscura:gone")
     check("a trigger that is not waited for is answered at once", ask("trigger", {"wait": False}).status == 202)
@@ -298,7 +354,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     check("the list with what has struck can be sent back", len(json.loads(ask("faults.set", {"rules": told["rules"]}).text)["rules"]) == 1)
     check("a list that has changed since is not overwritten", ask("faults.set", {"rules": []}, If_Match=armed.headers["ETag"]).status == 412)
     refused = ask("faults.set", {"rules": [rule, {**rule, "percent": 300}]})
-    check("a rule that is wrong is named", refused.status == 422 and json.loads(refused.text)["errors"][0]["field"] == "rules[1].percent", refused.text)
+    check("a rule that is wrong is named", refused.status == 422 and json.loads(refused.text)["errors"][0]["pointer"] == "#/rules/1/percent", refused.text)
     check("and an empty list disarms", json.loads(ask("faults.set", {"rules": []}).text)["rules"] == [])
 
     # The GigE Vision side, the scene, the daemon.
@@ -328,6 +384,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     kept = ask("features.set", {"Gain": 7})
     check("changes are then refused with its address", kept.status == 409 and client.address() in json.loads(kept.text)["detail"] and
           ask("acquisition", {"running": True}).status == 409, kept.text)
+    check("and each setting tells who keeps it", wait_for(lambda: json.loads(ask("feature").text)["locked_by"] == f"controlled by {client.address()}"))
     # The daemon gives its own user, which runs this, the permission.
     check("but not those by force", json.loads(ask("features.set", {"Gain": 7}, role="admin", query="?force=true").text) == {"changed": {"Gain": 7.0}})
     if os.geteuid() == 0:
@@ -368,16 +425,32 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
           {key: (told.get(key), wanted.get(key)) for key in told.keys() | wanted.keys() if told.get(key) != wanted.get(key)})
     tag = ask("configuration").headers["ETag"]
     check("what is known already of it is not sent again", ask("configuration", If_None_Match=tag).status == 304)
+    changed = ask("configuration.set", {"trigger": {"rate_hz": 12.5}, "deadline": {"policy": "drop"}}, role="admin", If_Match=tag)
+    again = ask("configuration")
+    entries = {entry["key"]: entry for entry in json.loads(again.text)["entries"]}
+    check("values of it change together, and say who has changed them", json.loads(changed.text) == {"changed": {"trigger.rate_hz": "12.5", "deadline.policy": '"drop"'}} and
+          {(entries[key]["value"], entries[key]["source"]) for key in ("trigger.rate_hz", "deadline.policy")} == {("12.5", "configuration.set"), ('"drop"', "configuration.set")} and
+          changed.headers["ETag"] == again.headers["ETag"] != tag, (changed.text, changed.headers, entries["trigger.rate_hz"]))
+    check("not if it has changed since", ask("configuration.set", {"trigger": {"rate_hz": 3}}, role="admin", If_Match=tag).status == 412)
+    for body, pointer, text in ({"trigger": {"rate_hz": 2e12}, "deadline": {"policy": "late"}}, "#/trigger/rate_hz", "allowed"), ({"deadline": {"policy": "never"}}, "#/deadline/policy", "late"), \
+            ({"gige": {"port": 3}}, "#/gige/port", "cannot change while the daemon runs"), ({"scene": {"file": "demo"}}, "#/scene/file", "cannot change"), \
+            ({"trigger": {"rate_hx": 3}}, "#/trigger/rate_hx", 'did you mean "trigger.rate_hz"'), ({"trigger": 3}, "#/trigger", "table"), ({}, "#/values", "wanted"):
+        refused = ask("configuration.set", body, role="admin")
+        error = json.loads(refused.text).get("errors", [{}])[0] if refused.status == 422 else {}
+        check(f"{body} is refused with the parser's text, and changes nothing", error.get("pointer") == pointer and text in error["detail"] and
+              ask("configuration").headers["ETag"] == again.headers["ETag"], refused.text)
+    ask("reload", {}, role="admin")
+    check("a reload returns to the file", ask("configuration").headers["ETag"] == tag)
     check("scenes that can be shown", "demo" in json.loads(ask("scenes").text)["scenes"])
     truth = ask("truth")
     check("truth is told, or not known to the daemon", truth.status == 200 or json.loads(truth.text)["type"] in ("urn:obscura:no-call", "urn:obscura:not-now"))
 
     # The record of changes.
     changes = json.loads(ask("audit", role="viewer").text)["changes"]
-    check("each change is recorded: who, what, from what to what", [(c["who"], c["what"], c["before"], c["after"]) for c in changes[:3]] == [
+    check("each change is recorded: who, what, from what to what", [(c["who"], c["what"], c["before"], c["after"]) for c in changes if c["what"] != "feature.set"][:3] == [
         ("operator operator-1", "features.set", {"Gain": 0.0, "ExposureTime": value["ExposureTime"]}, {"Gain": 3.0, "ExposureTime": 50.0}),
         ("operator operator-1", "features.set", {"Gain": 3.0}, {"Gain": 5.0}), ("operator operator-1", "acquisition", True, False)], changes[:3])
-    check("and nothing else is", {c["what"] for c in changes} == {"features.set", "acquisition", "trigger", "faults.set", "device.set", "log_level", "reload", "release"} and
+    check("and nothing else is", {c["what"] for c in changes} == {"features.set", "feature.set", "acquisition", "trigger", "faults.set", "device.set", "log_level", "reload", "release", "configuration.set"} and
           [c["id"] for c in changes] == list(range(1, len(changes) + 1)) and all(c["camera"] == ID and c["peer"] == "127.0.0.1" for c in changes))
     check("older ones can be left out", [c["id"] for c in json.loads(ask("audit", query=f"?after={len(changes) - 1}").text)["changes"]] == [len(changes)])
 

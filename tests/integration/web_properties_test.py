@@ -39,6 +39,10 @@ PRINTABLE = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size
 def value_of(schema):
     """A value of a schema of the document, or nearly one."""
     kind = schema.get("type")
+    if "enum" in schema:
+        return st.sampled_from(schema["enum"]) | st.text(max_size=20)
+    if kind is None:
+        return JSON
     if kind == "boolean":
         return st.sampled_from([True, False])
     if kind == "integer":
@@ -74,7 +78,7 @@ def requests(draw, document, camera):
     if draw(st.integers(0, 9)) == 0:
         query[draw(PRINTABLE)] = draw(PRINTABLE)
     headers = draw(st.fixed_dictionaries({}, optional={
-        "If-None-Match": PRINTABLE, "If-Match": st.sampled_from(['"0"', "*", "", 'W/"x", "y"']), "Idempotency-Key": PRINTABLE,
+        "Accept": st.sampled_from(["*/*", "image/fits, image/*;q=0.5", "application/json", "text/html", "image/png;q=x", ";,"]), "If-None-Match": PRINTABLE, "If-Match": st.sampled_from(['"0"', "*", "", 'W/"x", "y"']), "Idempotency-Key": PRINTABLE,
         "Prefer": st.sampled_from(["respond-async", "wait=1", ",;"]), "Accept-Encoding": st.sampled_from(["gzip", "gzip;q=0", "*", ";;"]),
         "Content-Type": st.sampled_from(["application/json", "text/plain", "application/json; charset=utf-8"])}))
     body = None
@@ -83,7 +87,8 @@ def requests(draw, document, camera):
         body = json.dumps(draw(body_of(name, operation))).encode() if draw(st.integers(0, 9)) else draw(st.binary(max_size=40))
     where = camera if draw(st.integers(0, 9)) else urllib.parse.quote(draw(st.text(max_size=12)), safe="")
     # A path of an empty part is another path.
-    target = path.replace("{camera}", where or "0-0")
+    feature = draw(st.sampled_from(["Gain", "ExposureTime", "Width"]) | st.text(min_size=1, max_size=12).map(lambda text: urllib.parse.quote(text, safe="")))
+    target = path.replace("{camera}", where or "0-0").replace("{feature}", feature).replace("{frame}", str(draw(st.integers(0, 5) | st.integers(0, 2**64))))
     return name, operation, method.upper(), target + ("?" + urllib.parse.urlencode(query) if query else ""), headers, body
 
 

@@ -45,6 +45,8 @@ def cell(text):
 
 def allowed(schema):
     unit = f" {schema['x-unit']}" if "x-unit" in schema else ""
+    if "enum" in schema:
+        return ", ".join(schema["enum"])
     if "maximum" in schema:
         return f"{schema['minimum']:g} to {schema['maximum']:g}{unit}"
     return f"from {schema['minimum']:g}{unit}" if schema.get("minimum") else unit.strip()
@@ -58,11 +60,13 @@ def fields(operation):
     schema = operation.get("requestBody", {"content": {"application/json": {"schema": {}}}})["content"]["application/json"]["schema"]
     for name, field in schema.get("properties", {}).items():
         required = "; required" if name in schema.get("required", []) else ""
-        yield f"`{name}`", field["type"], allowed(field), field["description"] + required
+        yield f"`{name}`", field.get("type", "any"), allowed(field), field["description"] + required
 
 
 def described(schema):
     """Members of an answer: their names, and those of what they hold."""
+    if "$ref" in schema:
+        schema = document["components"]["schemas"][schema["$ref"].split("/")[-1]]
     if schema.get("type") == "array" and "items" in schema:
         inner = described(schema["items"])
         return f"[{inner}]" if inner else ""

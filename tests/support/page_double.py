@@ -314,7 +314,7 @@ class PageDouble:
         elif path == "faults":
             wrong = next((k for k, r in enumerate((body or {}).get("rules", [])) if not 0 <= r.get("percent", 100) <= 100), None)
             if wrong is not None:
-                self.problem(request, 422, f"faults.set: rules[{wrong}].percent: {body['rules'][wrong]['percent']}, allowed 0 to 100 %", f"rules[{wrong}].percent")
+                self.problem(request, 422, f"faults.set: rules[{wrong}].percent: {body['rules'][wrong]['percent']}, allowed 0 to 100 %", f"#/rules/{wrong}/percent")
                 return
             if command == "PUT":
                 self.rules = body["rules"]
@@ -332,7 +332,7 @@ class PageDouble:
         elif path == "step":
             say({"frame": self.frame, "outcome": "complete", "late_rows": 0})
         elif path == "pose" and body["position_m"][0] > 1e6:
-            self.problem(request, 422, "pose: position_m: allowed up to 1e6 m", "position_m")
+            self.problem(request, 422, "pose: position_m: allowed up to 1e6 m", "#/position_m")
         elif path == "pose" or path == "reload":
             say({})
         elif path == "release":
@@ -379,9 +379,9 @@ class PageDouble:
     def write_device(self, request, name, value, say):
         row = self.device.get(name)
         if row is None or not row["writable"]:
-            self.problem(request, 422, f"device.set: {name}: cannot be written here", "name")
+            self.problem(request, 422, f"device.set: {name}: cannot be written here", "#/name")
         elif name == "DeviceUserID" and len(value) > 16:
-            self.problem(request, 422, "device.set: DeviceUserID: allowed are up to 16 printable ASCII characters", name)
+            self.problem(request, 422, "device.set: DeviceUserID: allowed are up to 16 printable ASCII characters", f"#/{name}")
         else:
             if row["type"] != "command":
                 row["value"] = value
@@ -407,8 +407,8 @@ class PageDouble:
         request.end_headers()
         request.wfile.write(body)
 
-    def problem(self, request, status, detail, field=""):
-        errors = {"errors": [{"field": field, "detail": detail}]} if field else {}
+    def problem(self, request, status, detail, pointer=""):
+        errors = {"errors": [{"pointer": pointer, "detail": detail}]} if pointer else {}
         self.send(request, status, json.dumps({"type": "urn:obscura:double", "title": "no", "status": status, "detail": detail, **errors}).encode(), "application/problem+json")
 
     # WebSocket: frames of RFC 6455 as far as the page sends them, which are short.

@@ -34,6 +34,9 @@ function why(status, detail) {
   return detail || `obscura-web answers ${status}`;
 }
 
+/** "#/rules/1/percent" as "rules[1].percent". */
+const fieldOf = (pointer) => pointer.replace(/^#\//, "").replace(/\/(\d+)/g, "[$1]").replaceAll("/", ".");
+
 /** A refused token is not tried again: trying on would count as guessing. */
 let refused = null;
 
@@ -53,7 +56,7 @@ export async function ask(path, {method = "GET", body} = {}) {
   try {
     const problem = await answer.json();
     detail = problem.detail || problem.title || "";
-    field = problem.errors?.[0]?.field ?? "";
+    field = fieldOf(problem.errors?.[0]?.pointer ?? "");
   } catch { /* a proxy's page, perhaps */ }
   const error = new Refused(answer.status, why(answer.status, detail), field);
   if (answer.status === 401 || answer.status === 429) refused = error;

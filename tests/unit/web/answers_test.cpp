@@ -74,6 +74,20 @@ TEST_CASE("gzip is for clients that take it", "[web]") {
         CHECK_FALSE(takes_gzip(header));
 }
 
+TEST_CASE("a media type has the weight of the closest range that a client takes", "[web]") {
+    CHECK(accepted("", "image/png") == 1);
+    CHECK(accepted("*/*", "image/png") == 1);
+    CHECK(accepted("image/*;q=0.5, */*;q=0.1", "image/png") == 0.5);
+    CHECK(accepted("image/*;q=0.5, image/png;q=0.7, */*", "image/png") == 0.7);
+    CHECK(accepted("image/png;q=0, */*", "image/png") == 0);
+    CHECK(accepted("IMAGE/PNG", "image/png") == 1);
+    CHECK(accepted("text/html, application/xhtml+xml, */*;q=0.8", "image/fits") == 0.8);
+    CHECK(accepted("application/json; profile=x; q=0.3", "application/json") == 0.3);
+    for (const char* header : {"text/html", "image/", "/", "image/pngx", "image", "*",
+                               "image/png;q=", "image/png;q=2", "image/png;q=nan", ";;,,", "ima*/png"})
+        CHECK(accepted(header, "image/png") == 0);
+}
+
 TEST_CASE("what is zipped can be unzipped", "[web]") {
     std::mt19937 dice(3);
     for (const std::size_t size : {0, 1, 17, 4096, 300000}) {
