@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno> // program_invocation_short_name
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
@@ -98,9 +99,9 @@ void write_line(LogLevel level, const std::string& text, std::string_view messag
 
 std::string journal_entry(LogLevel level, std::string_view text, std::string_view message) {
     const std::string line = printable(text);
-    return fmt::format(
-        "MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART={}\nMESSAGE_ID={}\n", line,
-        static_cast<int>(level), line.substr(0, line.find_first_of(": ")), message_id(message));
+    return fmt::format("MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER={}\nOBSCURA_PART={}\nMESSAGE_ID={}\n",
+                       line, static_cast<int>(level), program_invocation_short_name,
+                       line.substr(0, line.find_first_of(": ")), message_id(message));
 }
 
 std::string message_id(std::string_view message) {

@@ -2,6 +2,8 @@
 #include "core/log.hpp"
 #include "tests/support/catch.hpp"
 
+#include <cerrno>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -41,14 +43,17 @@ TEST_CASE("several producers and one consumer lose nothing while there is room")
 }
 
 TEST_CASE("an entry of the journal has fields, and no text makes fields or lines of its own") {
+    const std::string program = program_invocation_short_name; // page and instrument log, too
     CHECK(journal_entry(LogLevel::warning, "v4l2: /dev/video10: is gone", "v4l2: DEVICE: WHY") ==
-          "MESSAGE=v4l2: /dev/video10: is gone\nPRIORITY=4\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART=v4l2\n"
-          "MESSAGE_ID=" +
+          "MESSAGE=v4l2: /dev/video10: is gone\nPRIORITY=4\nSYSLOG_IDENTIFIER=" + program +
+              "\nOBSCURA_PART=v4l2\n"
+              "MESSAGE_ID=" +
               message_id("v4l2: DEVICE: WHY") + "\n");
     const std::string hostile =
         journal_entry(LogLevel::error, "stimulator x\nPRIORITY=0\x1b[31m: away", "stimulator DEVICE: WHY");
-    CHECK(hostile == "MESSAGE=stimulator x PRIORITY=0 [31m: away\nPRIORITY=3\nSYSLOG_IDENTIFIER=obscurad\n"
-                     "OBSCURA_PART=stimulator\nMESSAGE_ID=" +
+    CHECK(hostile == "MESSAGE=stimulator x PRIORITY=0 [31m: away\nPRIORITY=3\nSYSLOG_IDENTIFIER=" + program +
+                         "\n"
+                         "OBSCURA_PART=stimulator\nMESSAGE_ID=" +
                          message_id("stimulator DEVICE: WHY") + "\n");
 }
 
