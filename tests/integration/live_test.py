@@ -437,9 +437,13 @@ with tempfile.TemporaryDirectory(prefix="obscura-live-") as temporary:
     dice = random.Random(17)
     messages = [json.dumps(m).encode() for m in ({"view": {"camera": ident, "x": 3, "y": 4, "w": 30, "h": 20, "bin": 2, "reduce": "mean", "max_hz": 60}},
                                                  {"ready": True}, {"token": server.token})]
-    sent, round_ = 0, 0
+    sent, round_, slowest_s = 0, 0, 0
     while sent < MUTATED:
         round_ += 1
+        if round_ % 20 == 1:
+            begin = time.monotonic()
+            server.ask("/livez")
+            slowest_s = max(slowest_s, time.monotonic() - begin)
         rude = server.viewer(source=f"127.0.0.{10 + round_ % 50}")
         data = b""
         for _ in range(30):
@@ -466,6 +470,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-live-") as temporary:
     viewer.ready()
     check("with pictures for the others", viewer.picture()[0]["frame"] >= header["frame"])
     check("memory stays below 64 MiB", server.resident_mib() < 64, server.resident_mib())
+    print(f"# {server.resident_mib():.1f} MiB; longest answer of /livez meanwhile: {1e3 * slowest_s:.1f} ms")
     check("the server ends well with a viewer there", server.end() == 0)
 
     # Frames are not kept where that is not wanted.
