@@ -74,6 +74,28 @@ std::string printable(std::string_view text) {
     return clean;
 }
 
+/// Lines "OBSCURA_CAMERA=0\n" for the fields of `message` that follow the words camera and frame, as `text`
+/// has them.
+std::string number_fields(std::string_view text, std::string_view message) {
+    std::string fields;
+    std::size_t at = 0;
+    while (at <= text.size()) {
+        const std::size_t field = message.find('{'), end = message.find('}', field);
+        if (end == std::string_view::npos) break;
+        const std::string_view before = message.substr(0, field);
+        const std::size_t found = text.find(before, at);
+        if (found == std::string_view::npos) break;
+        at = found + before.size();
+        const std::string_view rest = text.substr(at);
+        const std::string_view digits = rest.substr(0, rest.find_first_not_of("0123456789"));
+        for (const auto& [word, name] : {std::pair{"camera ", "CAMERA"}, std::pair{"frame ", "FRAME"}})
+            if (before.ends_with(word) && !digits.empty())
+                fields += fmt::format("OBSCURA_{}={}\n", name, digits);
+        message.remove_prefix(end + 1);
+    }
+    return fields;
+}
+
 LogHistory& history() noexcept {
     static LogHistory all;
     return all;
@@ -99,9 +121,10 @@ void write_line(LogLevel level, const std::string& text, std::string_view messag
 
 std::string journal_entry(LogLevel level, std::string_view text, std::string_view message) {
     const std::string line = printable(text);
-    return fmt::format("MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER={}\nOBSCURA_PART={}\nMESSAGE_ID={}\n",
+    return fmt::format("MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER={}\nOBSCURA_PART={}\nMESSAGE_ID={}\n{}",
                        line, static_cast<int>(level), program_invocation_short_name,
-                       line.substr(0, line.find_first_of(": ")), message_id(message));
+                       line.substr(0, line.find_first_of(": ")), message_id(message),
+                       number_fields(line, message));
 }
 
 std::string message_id(std::string_view message) {

@@ -34,8 +34,8 @@ void set_log_level(LogLevel level) noexcept;
 /// table of messages (docs/appliance.md) has for texts made elsewhere. Thread-safe, not real-time safe.
 void log_line(LogLevel level, std::string_view text, std::string_view message);
 
-/// An entry in the journal's native format: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER, OBSCURA_PART, which is
-/// the first word of `text`, and MESSAGE_ID (https://systemd.io/JOURNAL_NATIVE_PROTOCOL).
+/// An entry in the native format (https://systemd.io/JOURNAL_NATIVE_PROTOCOL): MESSAGE, PRIORITY, MESSAGE_ID,
+/// OBSCURA_PART (first word of `text`), OBSCURA_CAMERA and OBSCURA_FRAME (if `message` has these fields).
 [[nodiscard]] std::string journal_entry(LogLevel level, std::string_view text, std::string_view message);
 /// MESSAGE_ID of a message: 32 hexadecimal digits, FNV-1a of 128 bits of the message with "\u2026" for each
 /// field, which is how the table of messages and the catalogue made from it (systemd/obscura.catalog) have

@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -55,6 +56,22 @@ TEST_CASE("an entry of the journal has fields, and no text makes fields or lines
                          "\n"
                          "OBSCURA_PART=stimulator\nMESSAGE_ID=" +
                          message_id("stimulator DEVICE: WHY") + "\n");
+}
+
+TEST_CASE("an entry of the journal has the numbers of camera and frame") {
+    const auto fields = [](std::string_view text, std::string_view message) {
+        const std::string entry = journal_entry(LogLevel::info, text, message);
+        return entry.substr(entry.find("MESSAGE_ID=") + 44);
+    };
+    CHECK(fields("frame 812 dropped: 3", "frame {} dropped: {}") == "OBSCURA_FRAME=812\n");
+    CHECK(fields("calls: camera 2: {\"Gain\":1} set although 10.0.0.1 controls it",
+                 "calls: camera {}: {} set although {} controls it") == "OBSCURA_CAMERA=2\n");
+    CHECK(fields("camera 1: frame 7", "camera {}: frame {}") == "OBSCURA_CAMERA=1\nOBSCURA_FRAME=7\n");
+    // Not every message with the words has them, nor has every text the form of its message.
+    CHECK(fields("no camera 5 here", "no camera 5 {}").empty());
+    CHECK(fields("camera x: 5", "camera {}: {}").empty());
+    CHECK(fields("another text", "camera {}").empty());
+    CHECK(fields("", "camera {").empty());
 }
 
 TEST_CASE("a message's ID is FNV-1a of 128 bits, the same whatever its fields are formatted as") {
