@@ -44,7 +44,7 @@ std::optional<std::string_view> closest_word(std::string_view word,
 
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
     if (const auto best = closest_word(word, known)) return fmt::format("did you mean \"{}\"?", *best);
-    return fmt::format("allowed {}", fmt::join(known, ", "));
+    return fmt::format("allowed {}", known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
 }
 
 } // namespace obscura

@@ -36,16 +36,6 @@ void read_table(std::string_view call, const config::Value& table, const config:
     }
 }
 
-json describe(const std::vector<Result>& results) {
-    json rows = json::array();
-    for (const Result& result : results) {
-        json row{{"name", result.name}, {"type", result.type}, {"help", result.help}};
-        if (!result.unit.empty()) row["unit"] = result.unit;
-        rows.push_back(std::move(row));
-    }
-    return rows;
-}
-
 bool is_own(std::string_view name) {
     return name == "call" || name == "arrays";
 }
@@ -118,6 +108,16 @@ json describe(const config::Keys& keys) {
             row["required"] = true;
         else
             row["default"] = config::value_text(key);
+        rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+json describe(const std::vector<Result>& results) {
+    json rows = json::array();
+    for (const Result& result : results) {
+        json row{{"name", result.name}, {"type", result.type}, {"help", result.help}};
+        if (!result.unit.empty()) row["unit"] = result.unit;
         rows.push_back(std::move(row));
     }
     return rows;

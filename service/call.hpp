@@ -151,6 +151,9 @@ void read_section(std::string_view call, const std::string& field, const nlohman
 /// Rows of keys as `describe` gives them: name, type, unit, allowed, default, help, required.
 [[nodiscard]] nlohmann::json describe(const config::Keys& keys);
 
+/// Rows of members of an answer: name, type, unit, help.
+[[nodiscard]] nlohmann::json describe(const std::vector<Result>& results);
+
 /// The value of a head as that of a file. Throws Failure (bad_argument) with `field` for nil.
 [[nodiscard]] config::Value value_of(const nlohmann::json& json, const std::string& field);
 /// The other way round.

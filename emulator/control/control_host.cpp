@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/control_host.hpp"
 
-#include "core/log_history.hpp"
 #include "emulator/control/configuration_call.hpp"
 #include "emulator/control/device_calls.hpp"
 #include "emulator/control/fault_calls.hpp"
@@ -24,15 +23,8 @@ using service::NoArguments;
 using service::Permission;
 using service::Work;
 
-struct Events {
-    std::uint64_t after = 0, most = LogHistory::lines;
-
-    Fields fields() {
-        return {{config::key("after", &after).range(0, 9e15).help("Only lines with a larger id"),
-                 config::key("most", &most)
-                     .range(1, static_cast<double>(LogHistory::lines))
-                     .help("Largest number of lines")}};
-    }
+struct Events : EventRange {
+    Fields fields() { return {keys()}; }
 };
 
 class ControlSession final : public service::Session {
@@ -54,13 +46,10 @@ public:
                                       return Answer{json::parse(Monitor::events(a.after, a.most))};
                                   }),
         };
-        calls[0].results = {{"daemon", "map", "", "Version, process, configuration, time since the start"},
-                            {"threads", "array of maps", "", "Scheduling and processor time of each thread"},
-                            {"cameras", "array of maps", "",
-                             "State, verdict, counters and latencies of each camera, see docs/monitor.md"}};
+        calls[0].results = state_results();
         calls[0].results.push_back(
             {"scenes", "map", "", "Scenes of scene.show that were shown, and refused, since the start"});
-        calls[1].results = {{"events", "array of maps", "", "Lines with id, utc, level and text"}};
+        calls[1].results = events_results();
         for (service::Call& call : camera_.calls())
             calls.push_back(std::move(call));
         calls.push_back(frame_call(cameras_));

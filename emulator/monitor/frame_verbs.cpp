@@ -16,31 +16,57 @@ namespace {
 
 using Cameras = std::vector<transports::WatchTransport*>;
 
-constexpr std::uint64_t largest_pid = std::uint64_t{1} << 22; // of Linux
+constexpr double largest_pid = 1 << 22; // of Linux
 
-std::vector<VerbParameter> parameters(std::vector<VerbParameter> more = {}) {
-    more.insert(more.begin(),
-                {{"camera", "Number of the camera, in the order of the configuration", 0, 1000, 0},
-                 {"pid", "Process that is meant; 0: whichever this is", 0, largest_pid, 0}});
-    return more;
-}
+/// Which camera is meant.
+struct Chosen {
+    std::uint32_t camera = 0, pid = 0;
+
+    config::Keys keys() {
+        return {config::key("camera", &camera)
+                    .range(0, 1000)
+                    .help("Number of the camera, in the order of the configuration"),
+                config::key("pid", &pid)
+                    .range(0, largest_pid)
+                    .help("Process that is meant; 0: whichever this is")};
+    }
+};
+
+struct Looked : Chosen {
+    std::uint32_t period_us = 0;
+
+    config::Keys keys() {
+        config::Keys all = Chosen::keys();
+        all.push_back(config::key("period_us", &period_us)
+                          .unit("us")
+                          .range(0, 60'000'000)
+                          .help("Least time between two of them; 0: all"));
+        return all;
+    }
+};
 
 /// Throws std::invalid_argument.
-transports::WatchTransport& chosen(const Cameras& cameras, const VerbArguments& arguments) {
+transports::WatchTransport& watched(const Cameras& cameras, const Chosen& chosen) {
     const auto refuse = [](const std::string& why) { throw std::invalid_argument(why); };
-    const std::uint64_t pid = arguments.at("pid"), camera = arguments.at("camera");
-    if (pid != 0 && pid != static_cast<std::uint64_t>(::getpid()))
+    if (chosen.pid != 0 && chosen.pid != static_cast<std::uint32_t>(::getpid()))
         refuse(fmt::format("pid: this is process {}", ::getpid()));
-    if (camera >= cameras.size())
-        refuse(fmt::format("camera: there is no camera {}, allowed 0 to {}", camera, cameras.size() - 1));
-    if (cameras[camera] == nullptr) refuse("no frames are kept");
-    return *cameras[camera];
+    if (chosen.camera >= cameras.size())
+        refuse(
+            fmt::format("camera: there is no camera {}, allowed 0 to {}", chosen.camera, cameras.size() - 1));
+    if (cameras[chosen.camera] == nullptr) refuse("no frames are kept");
+    return *cameras[chosen.camera];
 }
 
-std::string answer_of(transports::WatchTransport& watch, const VerbArguments& arguments) {
-    return fmt::format(R"({{"pid":{},"camera":{},"watched_s":{},"tai_offset_ns":{}}})", ::getpid(),
-                       arguments.at("camera"), transports::WatchTransport::watched_ns / ns_per_s,
-                       watch.tai_offset_ns());
+std::string answer_of(transports::WatchTransport& watch, std::uint32_t camera) {
+    return fmt::format(R"({{"pid":{},"camera":{},"watched_s":{},"tai_offset_ns":{}}})", ::getpid(), camera,
+                       transports::WatchTransport::watched_ns / ns_per_s, watch.tai_offset_ns());
+}
+
+std::vector<service::Result> results() {
+    return {{"pid", "integer", "", "Process of the daemon"},
+            {"camera", "integer", "", "Number of the camera"},
+            {"watched_s", "integer", "s", "Time for which frames are copied after each request"},
+            {"tai_offset_ns", "integer", "ns", "Makes TAI of the instants of frames"}};
 }
 
 } // namespace
@@ -48,20 +74,21 @@ std::string answer_of(transports::WatchTransport& watch, const VerbArguments& ar
 std::vector<MonitorVerb> frame_verbs(std::vector<transports::WatchTransport*> cameras) {
     const auto all = std::make_shared<const Cameras>(std::move(cameras));
     return {
-        {"ring", "Hands over the memory of a camera's newest frames, and an event that tells of each",
-         parameters(),
-         [all](const VerbArguments& arguments) {
-             transports::WatchTransport& watch = chosen(*all, arguments);
-             transports::FrameRing& ring = watch.ring();
-             return MonitorAnswer(answer_of(watch, arguments), {ring.descriptor(), ring.hand_over()});
-         }},
-        {"watch", "Has frames of a camera copied to that memory for the next seconds",
-         parameters({{"period_us", "Least time between two of them; 0: all", 0, 60'000'000, 0}}),
-         [all](const VerbArguments& arguments) -> MonitorAnswer {
-             transports::WatchTransport& watch = chosen(*all, arguments);
-             watch.look(static_cast<std::int64_t>(arguments.at("period_us")) * ns_per_us);
-             return answer_of(watch, arguments);
-         }},
+        monitor_verb<Chosen>(
+            "ring", "Hands over the memory of a camera's newest frames, and an event that tells of each",
+            results(),
+            [all](const Chosen& chosen) {
+                transports::WatchTransport& watch = watched(*all, chosen);
+                transports::FrameRing& ring = watch.ring();
+                return MonitorAnswer(answer_of(watch, chosen.camera), {ring.descriptor(), ring.hand_over()});
+            }),
+        monitor_verb<Looked>("watch", "Has frames of a camera copied to that memory for the next seconds",
+                             results(),
+                             [all](const Looked& looked) {
+                                 transports::WatchTransport& watch = watched(*all, looked);
+                                 watch.look(looked.period_us * ns_per_us);
+                                 return MonitorAnswer(answer_of(watch, looked.camera));
+                             }),
     };
 }
 

@@ -87,6 +87,28 @@ AwaitedTrigger awaited_of(const TriggerChoice& trigger, const std::string& line0
 
 } // namespace
 
+config::Keys EventRange::keys() {
+    return {config::key("after", &after).range(0, 9e15).help("Only lines with a larger id"),
+            config::key("most", &most)
+                .range(1, static_cast<double>(LogHistory::lines))
+                .help("Largest number of lines")};
+}
+
+std::vector<service::Result> state_results() {
+    return {{"daemon", "map", "",
+             "Version, process, configuration, time since the start, memory, lines of the log"},
+            {"ptp", "map", "", "With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock"},
+            {"heartbeats", "array of maps", "", "Of each supervised thread: name, age_s, silent"},
+            {"threads", "array of maps", "", "Scheduling, cores and processor time of each thread"},
+            {"cameras", "array of maps", "",
+             "State, verdict, counters and latencies of each camera, see docs/monitor.md"}};
+}
+
+std::vector<service::Result> events_results() {
+    return {{"events", "array of maps", "",
+             "Lines with id, utc, level, text, and message, the MESSAGE_ID of the journal's catalogue"}};
+}
+
 Monitor::Monitor(Daemon& daemon, std::string version)
     : daemon_(daemon),
       version_(std::move(version)),
@@ -95,17 +117,13 @@ Monitor::Monitor(Daemon& daemon, std::string version)
                           std::chrono::system_clock::now().time_since_epoch())
                           .count()),
       recent_(daemon.camera_count()) {
-    constexpr std::uint64_t largest_id = std::uint64_t{1} << 53; // whole in every JSON reader
     verbs_ = {
-        {"state",
-         "Process, threads and cameras with their counters, latencies and last minute",
-         {},
-         [this](const VerbArguments&) { return state(); }},
-        {"events",
-         "Lines of the log, oldest first",
-         {{"after", "Only lines with a larger id", 0, largest_id, 0},
-          {"most", "Number of lines", 1, LogHistory::lines, LogHistory::lines}},
-         [](const VerbArguments& a) { return events(a.at("after"), a.at("most")); }},
+        monitor_verb<NoParameters>(
+            "state", "Tells what the daemon and its cameras do: counters, latencies and the last minute",
+            state_results(), [this](const NoParameters&) { return state(); }),
+        monitor_verb<EventRange>("events", "Lists the latest lines of the daemon's log, oldest first",
+                                 events_results(),
+                                 [](const EventRange& range) { return events(range.after, range.most); }),
     };
     std::vector<transports::WatchTransport*> watched;
     for (std::size_t i = 0; i < daemon.camera_count(); ++i)

@@ -2,12 +2,14 @@
 // Monitor of a daemon: its state and events for programs of the same machine.
 #pragma once
 
+#include "core/log_history.hpp"
 #include "core/time.hpp"
 #include "emulator/monitor/beat_times.hpp"
 #include "emulator/monitor/monitor_socket.hpp"
 #include "emulator/monitor/monitor_verbs.hpp"
 #include "emulator/monitor/recent_frames.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,6 +18,16 @@
 namespace obscura::emulator {
 
 class Daemon;
+
+/// Parameters of "events", as a verb of the monitor and as a call.
+struct EventRange {
+    std::uint64_t after = 0, most = LogHistory::lines;
+
+    [[nodiscard]] config::Keys keys();
+};
+/// Members of the answers to "state" and "events", likewise.
+[[nodiscard]] std::vector<service::Result> state_results();
+[[nodiscard]] std::vector<service::Result> events_results();
 
 /// Answers the verbs "state", "events" and those of frame_verbs() on the socket of [monitor]. It has no
 /// thread: the main thread, which is an ordinary one and owns the daemon, calls tick() several times a

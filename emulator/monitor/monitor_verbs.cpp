@@ -8,34 +8,29 @@
 
 #include <algorithm>
 #include <exception>
-#include <stdexcept>
+#include <utility>
 
 namespace obscura::emulator {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using nlohmann::json;
 
 constexpr std::string_view describe = "describe";
 
 std::string refusal(std::string_view why) {
     // Replaces what is no UTF-8 in a text that quotes a request.
-    return Json{{"error", why}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return json{{"error", why}}.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 std::string described(const std::vector<MonitorVerb>& verbs) {
-    Json list = Json::array();
-    for (const MonitorVerb& verb : verbs) {
-        Json parameters = Json::array();
-        for (const VerbParameter& p : verb.parameters)
-            parameters.push_back({{"name", p.name},
-                                  {"type", "integer"},
-                                  {"min", p.least},
-                                  {"max", p.most},
-                                  {"default", p.by_default},
-                                  {"help", p.help}});
-        list.push_back({{"name", verb.name}, {"help", verb.help}, {"parameters", std::move(parameters)}});
-    }
-    return Json{{"verbs", std::move(list)}}.dump();
+    json rows = json::array();
+    for (const MonitorVerb& verb : verbs)
+        rows.push_back({{"name", verb.name},
+                        {"help", verb.help},
+                        {"permission", name_of(verb.permission)},
+                        {"fields", service::describe(verb.bind().fields)},
+                        {"results", service::describe(verb.results)}});
+    return json{{"verbs", std::move(rows)}}.dump();
 }
 
 std::string names_of(const std::vector<MonitorVerb>& verbs) {
@@ -45,35 +40,10 @@ std::string names_of(const std::vector<MonitorVerb>& verbs) {
     return names;
 }
 
-/// Throws std::invalid_argument.
-VerbArguments arguments_of(const MonitorVerb& verb, const Json& request) {
-    VerbArguments arguments;
-    for (const VerbParameter& p : verb.parameters)
-        arguments[p.name] = p.by_default;
-    for (const auto& [key, value] : request.items()) {
-        if (key == "verb") continue;
-        const auto p = std::find_if(verb.parameters.begin(), verb.parameters.end(),
-                                    [&name = key](const VerbParameter& one) { return one.name == name; });
-        if (p == verb.parameters.end()) {
-            std::string names;
-            for (const VerbParameter& one : verb.parameters)
-                names += fmt::format("{}{}", names.empty() ? "" : ", ", one.name);
-            throw std::invalid_argument(fmt::format("{}: {}: no such parameter, allowed are {}", verb.name,
-                                                    key, names.empty() ? "none" : names));
-        }
-        if (!value.is_number_unsigned() || value.get<std::uint64_t>() < p->least ||
-            value.get<std::uint64_t>() > p->most)
-            throw std::invalid_argument(
-                fmt::format("{}: {}: a whole number from {} to {}", verb.name, p->name, p->least, p->most));
-        arguments[p->name] = value.get<std::uint64_t>();
-    }
-    return arguments;
-}
-
 MonitorAnswer answer_or_throw(const std::vector<MonitorVerb>& verbs, std::string_view text) {
     if (text.size() > monitor_request_bytes)
         return refusal(fmt::format("a request has at most {} bytes", monitor_request_bytes));
-    const Json request = Json::parse(text, nullptr, false);
+    json request = json::parse(text, nullptr, false);
     if (!request.is_object() || !request.contains("verb") || !request["verb"].is_string())
         return refusal(R"(a request is a JSON object like {"verb": "state"})");
     const auto name = request["verb"].get<std::string>();
@@ -81,7 +51,10 @@ MonitorAnswer answer_or_throw(const std::vector<MonitorVerb>& verbs, std::string
     const auto verb = std::find_if(verbs.begin(), verbs.end(),
                                    [&name](const MonitorVerb& one) { return one.name == name; });
     if (verb == verbs.end()) return refusal(fmt::format("no such verb, allowed are {}", names_of(verbs)));
-    MonitorAnswer answer = verb->answer(arguments_of(*verb, request));
+    const BoundVerb bound = verb->bind();
+    request.erase("verb");
+    service::read_values(verb->name, request, bound.fields);
+    MonitorAnswer answer = bound.answer();
     if (answer.text.size() > monitor_answer_bytes)
         return refusal(fmt::format("{}: the answer has more than {} bytes", name, monitor_answer_bytes));
     return answer;

@@ -40,15 +40,22 @@ using test::require;
 
 namespace {
 
+struct Range {
+    std::uint64_t after = 0, most = 5;
+
+    config::Keys keys() {
+        return {config::key("after", &after).range(0, 9), config::key("most", &most).range(1, 5)};
+    }
+};
+
 void monitor_request(std::string_view text) {
     using namespace emulator;
     static const std::vector<MonitorVerb> verbs = [] {
         std::vector<MonitorVerb> rows = frame_verbs({nullptr});
-        rows.push_back(
-            {"events", "", {{"after", "", 0, 9, 0}, {"most", "", 1, 5, 5}}, [](const VerbArguments& a) {
-                 require(a.size() == 2 && a.at("after") <= 9 && a.at("most") >= 1 && a.at("most") <= 5);
-                 return MonitorAnswer("{}");
-             }});
+        rows.push_back(monitor_verb<Range>("events", "", {}, [](const Range& range) {
+            require(range.after <= 9 && range.most >= 1 && range.most <= 5);
+            return MonitorAnswer("{}");
+        }));
         return rows;
     }();
     const MonitorAnswer answer = answer_request(verbs, text);

@@ -129,6 +129,27 @@ socket = "{path}"
 
     # Bytes of a client that follows no rule; a second one that never reads.
     dice = random.Random(7)
+    # The table of verbs, and the answers that it promises.
+    client = connect()
+
+    def raw(**request):
+        client.send(json.dumps(request).encode())
+        return json.loads(client.recv(1 << 18))
+
+    verbs = {row["name"]: row for row in raw(verb="describe")["verbs"]}
+    named = re.findall(r"^\| (`[^|]*`) \|", (source / "docs/monitor.md").read_text(encoding="utf-8").split("\n## For programs\n")[1], re.M)
+    check("the verbs are those of docs/monitor.md", set(verbs) == set(re.findall(r"`(\w+)`", " ".join(named))), (set(verbs), named))
+    check("each has help, permission, fields and results", all(row["help"] and row["permission"] == "view" and row["results"] and all(
+        {"name", "type", "help", "default"} <= field.keys() for field in row["fields"]) for row in verbs.values()), verbs)
+    for verb in "state", "events", "watch":
+        answer = raw(verb=verb)
+        check(f"the answer of {verb} has the members that are promised", set(answer) | {"ptp"} == {row["name"] for row in verbs[verb]["results"]} | {"ptp"},
+              (set(answer), verbs[verb]["results"]))
+    for wrong, why in (({"after": -1}, "events: after: "), ({"most": 0}, "events: most: "), ({"most": "all"}, "events: most: "), ({"afterr": 1}, "events: afterr: "),
+                       ({"most": {"a": [1]}}, "events: most: "), ({"after": None}, "after: ")):
+        check(f"{wrong} is refused by name", raw(verb="events", **wrong).get("error", "").startswith(why), raw(verb="events", **wrong))
+    client.close()
+
     deaf = connect()
     client = connect()
     answered = 0

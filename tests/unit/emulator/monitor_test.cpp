@@ -41,17 +41,25 @@ using Json = nlohmann::json;
 
 namespace {
 
+struct Two {
+    std::uint64_t a = 3, b = 1;
+
+    config::Keys keys() {
+        return {config::key("a", &a).range(0, 10).help("One"),
+                config::key("b", &b).unit("us").range(1, 5).help("Another")};
+    }
+};
+
 const std::vector<MonitorVerb> verbs{
-    {"plain", "No parameters", {}, [](const VerbArguments&) { return std::string(R"({"ok":1})"); }},
-    {"sum",
-     "Two numbers",
-     {{"a", "One", 0, 10, 3}, {"b", "Another", 1, 5, 1}},
-     [](const VerbArguments& v) { return fmt::format(R"({{"sum":{}}})", v.at("a") + v.at("b")); }},
-    {"large",
-     "Too much",
-     {},
-     [](const VerbArguments&) { return std::string(monitor_answer_bytes + 1, 'x'); }},
-    {"thrower", "Fails", {}, [](const VerbArguments&) -> MonitorAnswer { throw std::runtime_error("why"); }},
+    monitor_verb<NoParameters>("plain", "No parameters", {},
+                               [](const NoParameters&) { return std::string(R"({"ok":1})"); }),
+    monitor_verb<Two>("sum", "Two numbers", {{"sum", "integer", "us", "Both together"}},
+                      [](const Two& v) { return fmt::format(R"({{"sum":{}}})", v.a + v.b); }),
+    monitor_verb<NoParameters>(
+        "large", "Too much", {},
+        [](const NoParameters&) { return std::string(monitor_answer_bytes + 1, 'x'); }),
+    monitor_verb<NoParameters>("thrower", "Fails", {},
+                               [](const NoParameters&) -> MonitorAnswer { throw std::runtime_error("why"); }),
 };
 
 std::string error_of(std::string_view request) {
@@ -84,12 +92,16 @@ TEST_CASE("a request that is not understood is answered with what is allowed", "
         CHECK(error_of(text) == R"(a request is a JSON object like {"verb": "state"})");
     CHECK(error_of(R"({"verb":"other"})") ==
           "no such verb, allowed are describe, plain, sum, large, thrower");
-    CHECK(error_of(R"({"verb":"sum","c":1})") == "sum: c: no such parameter, allowed are a, b");
-    CHECK(error_of(R"({"verb":"plain","c":1})") == "plain: c: no such parameter, allowed are none");
-    for (const char* b : {"0", "6", "-1", "1.5", "\"1\"", "null", "1e400", "99999999999999999999999"})
-        CHECK(
-            error_of(fmt::format(R"({{"verb":"sum","b":{}}})", b))
-                .starts_with(std::string(b) == "1e400" ? "a request" : "sum: b: a whole number from 1 to 5"));
+    CHECK(error_of(R"({"verb":"sum","colour":1})") == "sum: colour: unknown key, allowed a, b");
+    CHECK(error_of(R"({"verb":"plain","c":1})") == "plain: c: unknown key, allowed none");
+    for (const char* b : {"0", "6", "-1", "1.5", "\"1\"", "[1]", "{\"a\":[1]}", "99999999999999999999999"})
+        CHECK_THAT(error_of(fmt::format(R"({{"verb":"sum","b":{}}})", b)),
+                   Catch::Matchers::StartsWith("sum: b: ") && Catch::Matchers::EndsWith("1 to 5 us"));
+    CHECK(error_of(R"({"verb":"sum","b":null})") == "b: nil is no value here");
+    CHECK(error_of(R"({"verb":"sum","b":1e400})").starts_with("a request is"));
+    // As deep as a request can be.
+    CHECK(error_of(R"({"verb":"sum","b":)" + std::string(2000, '[') + std::string(2000, ']') + "}")
+              .starts_with("sum: b: is an array"));
     CHECK(error_of(std::string(monitor_request_bytes + 1, ' ')) == "a request has at most 4096 bytes");
     CHECK(error_of(std::string(monitor_request_bytes, '[')).starts_with("a request is"));
     CHECK(error_of(R"({"verb":"large"})") == "large: the answer has more than 196608 bytes");
@@ -101,8 +113,11 @@ TEST_CASE("the table of verbs describes itself", "[emulator]") {
     const Json table = Json::parse(answer_request(verbs, R"({"verb":"describe"})").text);
     REQUIRE(table["verbs"].size() == verbs.size());
     CHECK(table["verbs"][1]["name"] == "sum");
-    CHECK(table["verbs"][1]["parameters"][1] == Json::parse(R"({"name":"b","type":"integer","min":1,"max":5,
-        "default":1,"help":"Another"})"));
+    CHECK(table["verbs"][1]["permission"] == "view");
+    CHECK(table["verbs"][1]["fields"][1] == Json::parse(R"({"name":"b","type":"integer","unit":"us",
+        "allowed":"1 to 5 us","default":"1","help":"Another"})"));
+    CHECK(table["verbs"][1]["results"] == Json::parse(R"([{"name":"sum","type":"integer","unit":"us",
+        "help":"Both together"}])"));
 }
 
 TEST_CASE("the monitor socket answers several clients and outlives rude ones", "[emulator]") {

@@ -41,6 +41,12 @@ std::uint16_t dn_of(std::uint64_t frame_id) {
     return static_cast<std::uint16_t>(frame_id % 65521);
 }
 
+struct After {
+    std::uint64_t after = 0;
+
+    config::Keys keys() { return {config::key("after", &after)}; }
+};
+
 /// A camera that makes frames without end, each of one number, and the monitor socket that hands them over.
 class RingBench {
 public:
@@ -77,14 +83,13 @@ public:
         watch_ = std::make_unique<transports::WatchTransport>(width * height, [] {});
         watch_->start();
         verbs_ = emulator::frame_verbs({watch_.get()});
-        verbs_.push_back({"state", "", {}, [run = ++runs_](const emulator::VerbArguments&) {
-                              return fmt::format(
-                                  R"({{"daemon":{{"pid":{},"started_utc_ns":"{}"}},"cameras":[{{}}]}})",
-                                  ::getpid(), run);
-                          }});
-        verbs_.push_back({"events", "", {{"after", "", 0, 1, 0}}, [](const emulator::VerbArguments&) {
-                              return std::string(R"({"events":[]})");
-                          }});
+        verbs_.push_back(emulator::monitor_verb<emulator::NoParameters>(
+            "state", "", {}, [run = ++runs_](const emulator::NoParameters&) {
+                return fmt::format(R"({{"daemon":{{"pid":{},"started_utc_ns":"{}"}},"cameras":[{{}}]}})",
+                                   ::getpid(), run);
+            }));
+        verbs_.push_back(emulator::monitor_verb<After>(
+            "events", "", {}, [](const After&) { return std::string(R"({"events":[]})"); }));
     }
 
     [[nodiscard]] LivePictures& pictures() { return pictures_; }
