@@ -151,6 +151,7 @@ void Monitor::start() {
 
 void Monitor::tick() {
     const Time time = now();
+    state_.clear();
     for (std::size_t i = 0; i < recent_.size(); ++i)
         recent_[i].note(time, daemon_.camera(i).counters());
     beats_.note(time, daemon_.heartbeats());
@@ -161,7 +162,12 @@ void Monitor::tick() {
     if (socket_) socket_->serve(time);
 }
 
-std::string Monitor::state() const {
+std::string Monitor::state() {
+    if (state_.empty()) state_ = made_state();
+    return state_;
+}
+
+std::string Monitor::made_state() const {
     const Time time = now();
     Json state;
     state["daemon"] = {{"version", version_},

@@ -46,12 +46,14 @@ public:
     /// Takes a snapshot of the counters each second, and answers what has been asked.
     void tick();
 
-    /// The answer to "state": see docs/monitor.md.
-    [[nodiscard]] std::string state() const;
+    /// The answer to "state": see docs/monitor.md. Made once between two calls of tick(), however many ask.
+    [[nodiscard]] std::string state();
     /// The answer to "events": log lines with ids above `after`, oldest first, at most `most`.
     [[nodiscard]] static std::string events(std::uint64_t after, std::uint64_t most);
 
 private:
+    [[nodiscard]] std::string made_state() const;
+
     Daemon& daemon_;
     const std::string version_;
     const Time started_;
@@ -61,6 +63,7 @@ private:
     BeatTimes beats_;
     std::vector<std::string> advice_; ///< see isolation_advice(); of the first tick()
     bool advised_ = false;
+    std::string state_; ///< since the last tick(); empty: not made yet
     std::vector<MonitorVerb> verbs_;
     std::optional<MonitorSocket> socket_;
 };

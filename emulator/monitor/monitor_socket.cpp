@@ -171,14 +171,15 @@ void MonitorSocket::accept_clients(Time now) {
     }
 }
 
-/// Disconnects the client that has been idle for the longest time if another one waits.
+/// Disconnects the client that may go first, if its time has come and another one waits.
 bool MonitorSocket::make_room(Time now) {
     pollfd waiting{listener_.get(), POLLIN, 0};
     if (::poll(&waiting, 1, 0) != 1) return false;
-    const auto oldest = std::min_element(clients_.begin(), clients_.end(),
-                                         [](const Client& a, const Client& b) { return a.asked < b.asked; });
-    if (now - oldest->asked < idle_ns) return false;
-    clients_.erase(oldest);
+    const auto first =
+        std::min_element(clients_.begin(), clients_.end(),
+                         [](const Client& a, const Client& b) { return a.may_go() < b.may_go(); });
+    if (now < first->may_go()) return false;
+    clients_.erase(first);
     return true;
 }
 
@@ -188,6 +189,7 @@ bool MonitorSocket::answer_client(Client& client, Time now) {
         if (bytes < 0) return errno == EAGAIN || errno == EINTR;
         if (bytes == 0) return false;
         client.asked = now;
+        client.mute = false;
         // One byte more than allowed is read of a longer packet; its text is refused as such.
         if (!send_answer(client.socket.get(), answer_({request_.data(), static_cast<std::size_t>(bytes)})))
             return false;

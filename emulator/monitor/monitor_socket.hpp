@@ -27,13 +27,15 @@ constexpr std::size_t monitor_descriptors = 2;
 
 /// Serves any number of requests on each connection, one answer for each. Never blocks: a client that does
 /// not read its answers is disconnected, and at most `most_clients` are served. Where that many are there and
-/// another one waits, the client goes that has asked nothing for the longest time, `idle_ns` at least.
+/// another one waits, a client goes that has asked nothing for `idle_ns`, or nothing at all for `mute_ns`.
 /// Thread-bound.
 class MonitorSocket {
 public:
     static constexpr std::size_t most_clients = 8;
     /// Less than the patience of clients that wait meanwhile, more than the pause of those that watch.
     static constexpr std::int64_t idle_ns = 2 * ns_per_s;
+    /// Clients ask as soon as they are connected.
+    static constexpr std::int64_t mute_ns = ns_per_s / 5;
     /// Makes the answer to one request, of at most monitor_answer_bytes; must not throw.
     using Answer = std::function<MonitorAnswer(std::string_view request)>;
 
@@ -57,7 +59,10 @@ public:
 private:
     struct Client {
         FileDescriptor socket;
-        Time asked; ///< its last request, or when it was accepted
+        Time asked;       ///< its last request, or when it was accepted
+        bool mute = true; ///< it has asked nothing yet
+
+        [[nodiscard]] Time may_go() const noexcept { return asked + (mute ? mute_ns : idle_ns); }
     };
     void accept_clients(Time now);
     [[nodiscard]] bool make_room(Time now);

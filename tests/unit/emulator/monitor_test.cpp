@@ -277,6 +277,49 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
     CHECK(asked(9));
 }
 
+TEST_CASE("connections on which nothing is asked keep nobody out for long", "[emulator]") {
+    const test::TempFolder folder;
+    MonitorSocket server(folder.path() / "one.socket", echo);
+    server.start();
+    Time now;
+    const FileDescriptor watcher = connect_to_monitor(server.path());
+    const auto asks = [&](const FileDescriptor& client) {
+        char answer[16];
+        if (::send(client.get(), "abc", 3, MSG_NOSIGNAL) < 0) return false;
+        server.serve(now);
+        return ::recv(client.get(), answer, sizeof answer, MSG_DONTWAIT) > 0;
+    };
+    CHECK(asks(watcher));
+    // As many as are served, twice as many wait; then somebody asks.
+    std::vector<FileDescriptor> crowd;
+    const auto connect = [&](std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) {
+            crowd.push_back(connect_to_monitor(server.path(), false));
+            REQUIRE(crowd.back());
+        }
+    };
+    connect(MonitorSocket::most_clients);
+    server.serve(now);
+    connect(MonitorSocket::most_clients);
+    CHECK(server.clients() == MonitorSocket::most_clients);
+    int looks = 0;
+    FileDescriptor last;
+    while (!last && looks < 100) { // until there is room in the queue
+        now += ns_per_s / 10;
+        ++looks;
+        server.serve(now);
+        last = connect_to_monitor(server.path(), false);
+    }
+    bool answered = false;
+    while (!answered && looks < 100) {
+        now += ns_per_s / 10;
+        ++looks;
+        answered = asks(last);
+    }
+    CHECK(looks <= 8);
+    CHECK(asks(watcher)); // it has asked within idle_ns, and stays
+}
+
 TEST_CASE("a left over monitor socket is replaced, a served one and other files are not", "[emulator]") {
     const test::TempFolder folder;
     const auto path = folder.path() / "one.socket";
