@@ -12,6 +12,7 @@ import pathlib
 import random
 import re
 import shutil
+import signal
 import socket
 import stat
 import subprocess
@@ -189,6 +190,32 @@ socket = "{path}"
     check("the next daemon removes what a killed one has left", wait_for(lambda: second.exists() and
                                                                         not name.exists()))
     daemon.terminate()
+
+    # One of two daemons hangs, and is watched until it is gone.
+    config.with_name("other.toml").write_text(config.read_text())
+    other = Child([obscurad, "--config", config.with_name("other.toml")], stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    third = name.with_name(f"obscurad-{other.pid}.socket")
+    check("a second daemon appears beside the first", wait_for(lambda: third.exists() and len(ask("status", "--json").stdout.splitlines()) == 2))
+    both = ask("features")
+    check("a verb that asks one daemon lists both", both.returncode == 64 and both.stderr.count("\n") == 1 and str(second) in both.stderr and str(third) in both.stderr, both)
+    other.send_signal(signal.SIGSTOP)
+    told = ask("status", "--json")
+    check("beside one that hangs the other is shown, with a line and the status 69", told.returncode == 69 and [json.loads(line)["daemon"]["pid"] for line in
+          told.stdout.splitlines()] == [daemon.pid] and told.stderr == f"obscura status: {third}: no answer within 5 s\n", told)
+    told = ask("metrics", "-o", folder / "metrics.prom")
+    check("so are its metrics", told.returncode == 69 and told.stderr.count("\n") == 1 and "obscura_frames_total" in (folder / "metrics.prom").read_text(), told)
+    told = ask("status", "--socket", third)
+    check("asked by itself it is told of in a line", told.returncode == 69 and told.stdout == "" and told.stderr == f"{third}: no answer within 5 s\n", told)
+    other.send_signal(signal.SIGCONT)
+    watcher = Child([obscura, "status", "--watch", "0.1", "--json", "--socket", third], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    check("one is watched", json.loads(watcher.stdout.readline())["daemon"]["pid"] == other.pid)
+    other.terminate()
+    other.wait(PATIENCE_S)
+    line = watcher.stderr.readline()
+    check("and told of when it has gone", line.startswith("obscura status: ") and str(third) in line, line)
+    watcher.send_signal(signal.SIGINT)
+    watcher.communicate(timeout=PATIENCE_S)
+    check("until the watch is interrupted", watcher.returncode == 69, watcher.returncode)
     daemon.wait(PATIENCE_S)
 
     config.write_text(config.read_text() + '[monitor]\nsocket = "off"\n')

@@ -138,6 +138,7 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
                     return app.add_option(o.names, *value);
             },
             o.target);
+        if (!o.without_value.empty()) made->expected(0, 1)->default_str(o.without_value);
         if (o.max > o.min) made->check([&o](const std::string& text) { return range_complaint(o, text); });
         if (!o.choices.empty())
             made->check([&o](const std::string& text) { return choice_complaint(o, text); });
@@ -202,7 +203,8 @@ std::string CommandLine::help(std::string_view verb) const {
         for (std::size_t at = 0; (at = left.find(',', at)) != std::string::npos; at += 2)
             left.replace(at, 1, ", ");
         if (!o.positional && left.rfind("--", 0) == 0) left = "    " + left;
-        if (!o.value_name.empty()) left += " " + o.value_name;
+        if (!o.value_name.empty())
+            left += o.without_value.empty() ? " " + o.value_name : fmt::format(" [{}]", o.value_name);
         std::string right = o.help;
         if (!o.choices.empty()) right += fmt::format(" ({})", fmt::join(o.choices, " | "));
         if (o.max > o.min) right += fmt::format(" ({})", range_text(o));

@@ -27,6 +27,7 @@ struct Option {
     std::vector<std::string> choices; ///< checked when not empty
     bool required = false;
     bool positional = false;
+    std::string without_value{}; ///< what the option means without a value; empty: it needs one
 };
 
 /// Bad command line: exit 64.

@@ -6,17 +6,33 @@
 #include "emulator/monitor/monitor_socket.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
 namespace obscura::tools {
+namespace {
+
+/// After a call of a socket with the patience of a client has failed.
+[[noreturn]] void fail(const std::string& what) {
+    if (errno == EAGAIN)
+        throw NoAnswer(fmt::format("{}: no answer within {} s", what, emulator::monitor_patience_s));
+    throw HardwareError(fmt::format("{}: {}", what, std::strerror(errno)));
+}
+
+/// Sockets of this machine's daemons, or the given one.
+std::vector<std::filesystem::path> sockets(const std::string& socket) {
+    if (!socket.empty()) return {socket};
+    return emulator::monitor_sockets();
+}
+
+} // namespace
+
 MonitorClient::MonitorClient(const std::filesystem::path& socket, bool wait)
     : path_(socket), socket_(emulator::connect_to_monitor(socket, wait)) {
-    if (!socket_)
-        throw HardwareError(
-            fmt::format("no daemon answers at {}: {}", socket.string(), std::strerror(errno)));
+    if (!socket_) fail(fmt::format("no daemon answers at {}", socket.string()));
 }
 
 nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
@@ -26,12 +42,10 @@ nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
     };
     const std::string text = request.dump();
     std::vector<char> answer(emulator::monitor_answer_bytes);
-    if (!emulator::send_request(socket_.get(), text)) refuse(std::strerror(errno));
+    if (!emulator::send_request(socket_.get(), text)) fail(path_.string());
     const ssize_t bytes = emulator::receive_answer(socket_.get(), answer, descriptors);
     if (bytes == 0) refuse("the daemon has ended the connection");
-    if (bytes < 0)
-        refuse(errno == EAGAIN ? fmt::format("no answer within {} s", emulator::monitor_patience_s)
-                               : std::string(std::strerror(errno)));
+    if (bytes < 0) fail(path_.string());
     auto json = nlohmann::ordered_json::parse(answer.begin(), answer.begin() + bytes, nullptr, false);
     if (!json.is_object()) refuse("the answer is no JSON object");
     if (json.contains("error")) refuse(json["error"].dump());
@@ -40,20 +54,34 @@ nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
 
 std::vector<MonitorClient> connect_to_daemons(const std::string& socket) {
     std::vector<MonitorClient> clients;
-    if (!socket.empty()) {
-        clients.emplace_back(socket);
-        return clients;
-    }
-    std::string refused;
-    for (const std::filesystem::path& path : emulator::monitor_sockets()) {
+    std::string refused = no_daemon_here;
+    for (const std::filesystem::path& path : sockets(socket)) {
         try {
             clients.emplace_back(path);
         } catch (const HardwareError& error) {
             refused = error.what(); // left over, or of another group
         }
     }
-    if (clients.empty()) throw HardwareError(refused.empty() ? no_daemon_here : refused);
+    if (clients.empty()) throw HardwareError(refused);
     return clients;
+}
+
+DaemonStates daemon_states(const std::string& socket) {
+    DaemonStates found;
+    std::string refused = no_daemon_here;
+    for (const std::filesystem::path& path : sockets(socket)) {
+        try {
+            found.states.push_back(MonitorClient(path).ask({{"verb", "state"}}));
+        } catch (const NoAnswer& error) {
+            found.silent.emplace_back(error.what());
+        } catch (const HardwareError& error) {
+            refused = error.what(); // left over, of another group, or gone meanwhile
+        }
+    }
+    if (found.states.empty())
+        throw HardwareError(found.silent.empty() ? refused
+                                                 : fmt::format("{}", fmt::join(found.silent, "; ")));
+    return found;
 }
 
 MonitorClient connect_to_daemon(const std::string& program, const std::string& socket) {

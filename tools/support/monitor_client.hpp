@@ -2,6 +2,7 @@
 // Client of a daemon's monitor socket.
 #pragma once
 
+#include "core/error.hpp"
 #include "core/file_descriptor.hpp"
 
 #include <nlohmann/json.hpp>
@@ -12,15 +13,21 @@
 
 namespace obscura::tools {
 
+/// A daemon runs, and does not answer in time: it is stopped, hangs, or has too many clients.
+class NoAnswer : public HardwareError {
+public:
+    using HardwareError::HardwareError;
+};
+
 /// A connection to one daemon. Thread-bound.
 class MonitorClient {
 public:
     /// Throws HardwareError if nothing serves the socket. `wait`: for 5 s, should the daemon be too busy to
-    /// accept clients.
+    /// accept clients; then NoAnswer.
     explicit MonitorClient(const std::filesystem::path& socket, bool wait = true);
 
     /// Sends a request and waits for its answer, for 5 s at most. Throws HardwareError if the daemon goes, is
-    /// silent or refuses.
+    /// silent (NoAnswer) or refuses.
     /// Descriptors that come with the answer are appended to `descriptors`, or closed if that is null.
     [[nodiscard]] nlohmann::ordered_json ask(const nlohmann::ordered_json& request,
                                              std::vector<FileDescriptor>* descriptors = nullptr) const;
@@ -37,6 +44,15 @@ constexpr const char* no_daemon_here =
 /// The daemon at `socket`; if that is empty, all daemons of this machine that this user may ask. Throws
 /// HardwareError if there is none, with the reason.
 [[nodiscard]] std::vector<MonitorClient> connect_to_daemons(const std::string& socket);
+
+/// What daemons do, as their verb "state" tells it.
+struct DaemonStates {
+    std::vector<nlohmann::ordered_json> states;
+    /// One line for each daemon that runs and does not answer, as one that is stopped or hangs.
+    std::vector<std::string> silent;
+};
+/// As connect_to_daemons(), and asks each, for 5 s at most. Throws HardwareError if none answers.
+[[nodiscard]] DaemonStates daemon_states(const std::string& socket);
 
 /// As connect_to_daemons(), for a program that asks one daemon. Throws Error (exit_usage) if several run,
 /// with their sockets; `program` stands in front of that message.

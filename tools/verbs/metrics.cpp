@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura metrics`: prints what running daemons have counted in the text format of Prometheus.
+#include "core/terminal_text.hpp"
 #include "images/writers/pending_file.hpp"
 #include "tools/support/metrics_text.hpp"
 #include "tools/support/monitor_client.hpp"
@@ -23,7 +24,8 @@ public:
             "latencies, transports and threads in the text format of Prometheus. With --output the file "
             "appears "
             "whole, as node_exporter's textfile collector wants it: run it by a timer. The exit status is 69 "
-            "if no daemon answers, and no file is written then. docs/monitor.md lists the names.";
+            "if no daemon answers, and no file is written then; also if one of several does not answer "
+            "within 5 s, and the rest is written. docs/monitor.md lists the names.";
         line.option("--socket", &socket_, "PATH",
                     "Ask the daemon with this socket (its monitor.socket) only");
         line.option("-o,--output", &output_, "FILE", "Write to this file instead of standard output");
@@ -32,24 +34,27 @@ public:
     }
 
     int run() override {
-        std::vector<nlohmann::ordered_json> states;
-        for (const MonitorClient& daemon : connect_to_daemons(socket_))
-            states.push_back(daemon.ask({{"verb", "state"}}));
-        const std::string text = metrics_text(states);
-        if (output_.empty()) {
+        const DaemonStates daemons = daemon_states(socket_);
+        const std::string text = metrics_text(daemons.states);
+        if (output_.empty())
             fmt::print("{}", text);
-            return exit_ok;
-        }
+        else
+            write(text);
+        for (const std::string& silent : daemons.silent)
+            fmt::print(stderr, "obscura metrics: {}\n", for_terminal(silent));
+        return daemons.silent.empty() ? exit_ok : exit_hardware;
+    }
+
+private:
+    void write(const std::string& text) const {
         images::PendingFile file(output_);
         std::ofstream out(file.path(), std::ios::binary);
         out << text;
         out.close();
         if (!out) file.fail("no room, or no right to write");
         file.commit();
-        return exit_ok;
     }
 
-private:
     std::string socket_, output_;
 };
 

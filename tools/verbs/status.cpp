@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura status`: shows what running daemons do.
+#include "core/terminal_text.hpp"
 #include "tools/control/rest_client.hpp"
 #include "tools/control/url_options.hpp"
 #include "tools/support/interrupt.hpp"
@@ -28,14 +29,16 @@ public:
             "group (obscura) the user is in, and prints for each camera one line on whether it does what it "
             "should, who controls it, its trigger source, counters and latencies. The exit status is 0 if "
             "every camera is on time or idle, 1 if one is neither, with the first reason in its line, and 69 "
-            "if no daemon answers.";
+            "if no daemon answers, or one of several does not within 5 s. With --watch it goes on when a "
+            "daemon ends, and shows the next one.";
         line.option("--socket", &socket_, "PATH",
                     "Ask the daemon with this socket (its monitor.socket) only");
         url_.declare(line);
-        line.number("--watch", &watch_s_, "SECONDS", "Show it again every SECONDS until interrupted; 0: once",
-                    0, 3600);
+        line.number("--watch", &watch_s_, "SECONDS",
+                    "Show it again every SECONDS, 1 if that is not said, until interrupted; 0: once", 0, 3600)
+            .without_value = "1";
         line.flag("--json", json_, "Print one JSON object a line for each daemon, as docs/monitor.md says");
-        line.examples = {"obscura status", "obscura status --watch 1",
+        line.examples = {"obscura status", "obscura status --watch",
                          "obscura status --json | jq '.cameras[0].recent'",
                          "obscura status --url https://bench.example.org:8420"};
     }
@@ -56,36 +59,46 @@ private:
             if (!socket_.empty()) throw UsageError("obscura status: --url excludes --socket");
             web_.emplace("status", url_.http("status"));
         }
-        bool good = true;
-        for (bool first = true; !interrupted(); first = false) {
-            if (!first) wait();
+        int status = show();
+        while (watch_s_ > 0) {
+            wait();
             if (interrupted()) break;
-            good = show();
-            if (watch_s_ <= 0) break;
+            try {
+                status = show();
+            } catch (const HardwareError& error) { // a daemon that is started again comes back
+                status = error.status();
+                print("", {error.what()});
+            }
         }
-        return good ? exit_ok : exit_failure;
+        return status;
     }
 
-    [[nodiscard]] std::vector<nlohmann::ordered_json> states() {
-        if (web_) return web_->states();
-        std::vector<nlohmann::ordered_json> states;
-        for (const MonitorClient& client : connect_to_daemons(socket_))
-            states.push_back(client.ask({{"verb", "state"}}));
-        return states;
+    [[nodiscard]] DaemonStates states() {
+        if (web_) return {web_->states(), {}};
+        return daemon_states(socket_);
     }
 
-    [[nodiscard]] bool show() {
+    /// Returns the exit status.
+    [[nodiscard]] int show() {
         bool good = true;
         std::string text;
-        for (const nlohmann::ordered_json& state : states()) {
+        const DaemonStates daemons = states();
+        for (const nlohmann::ordered_json& state : daemons.states) {
             text += json_ ? state.dump() + "\n" : status_text(state);
             good = none_bad(state) && good;
         }
+        print(text, daemons.silent);
+        if (!daemons.silent.empty()) return exit_hardware;
+        return good ? exit_ok : exit_failure;
+    }
+
+    void print(const std::string& text, const std::vector<std::string>& complaints) const {
         // On a terminal each round replaces the one before.
         const bool replace = watch_s_ > 0 && !json_ && ::isatty(STDOUT_FILENO) != 0;
         fmt::print("{}{}", replace ? "\033[H\033[2J" : "", text);
         std::fflush(stdout);
-        return good;
+        for (const std::string& line : complaints)
+            fmt::print(stderr, "obscura status: {}\n", for_terminal(line));
     }
 
     void wait() const {
