@@ -153,7 +153,7 @@ void Monitor::tick() {
     const Time time = now();
     state_.clear();
     for (std::size_t i = 0; i < recent_.size(); ++i)
-        recent_[i].note(time, daemon_.camera(i).counters());
+        recent_[i].note(time, daemon_.camera(i).counters(), daemon_.camera(i).acquiring());
     beats_.note(time, daemon_.heartbeats());
     if (!std::exchange(advised_, true)) {
         const ThreadPlan& plan = daemon_.threads();
@@ -211,7 +211,9 @@ std::string Monitor::made_state() const {
         awaited.acquires_s =
             static_cast<double>(time - camera.activity().acquisition_start) / static_cast<double>(ns_per_s);
         const std::string address = daemon_.address(i); // empty: no GigE Vision
-        const Verdict verdict = judge(recent, camera.acquiring(), controller, awaited, !address.empty());
+        const std::optional<RecentFrames::LastFrame> last = recent_[i].last_frame(time);
+        const Verdict verdict =
+            judge(recent, camera.acquiring(), controller, awaited, !address.empty(), last);
         Json one{{"address", address},
                  {"controller", controller},
                  {"acquiring", camera.acquiring()},

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace obscura::emulator {
 namespace {
 
@@ -20,11 +22,40 @@ constexpr double first_trigger_s = 10;
 
 } // namespace
 
-void RecentFrames::note(Time now, const CameraCounters& counters) {
+void RecentFrames::note(Time now, const CameraCounters& counters, bool acquiring) {
+    if (!acquiring) {
+        frame_.reset();
+        longest_gap_ns_ = 0;
+        for (Snapshot& snapshot : snapshots_)
+            snapshot.longest_gap_ns = 0;
+    } else if (counters.complete != complete_) {
+        note_frame(now);
+    }
+    complete_ = counters.complete;
     if (!snapshots_.empty() && now - snapshots_.back().time < ns_per_s) return;
     snapshots_.push_back({now, counters});
     while (snapshots_.size() > 2 && now - snapshots_[1].time >= span_ns)
         snapshots_.pop_front();
+}
+
+void RecentFrames::note_frame(Time now) {
+    if (frame_ && !snapshots_.empty()) {
+        Snapshot& latest = snapshots_.back();
+        latest.longest_gap_ns = std::max(latest.longest_gap_ns, now - *frame_);
+        longest_gap_ns_ = 0;
+        for (const Snapshot& snapshot : snapshots_)
+            longest_gap_ns_ = std::max(longest_gap_ns_, snapshot.longest_gap_ns);
+    }
+    frame_ = now;
+}
+
+std::optional<RecentFrames::LastFrame> RecentFrames::last_frame(Time now) const {
+    if (!frame_ || longest_gap_ns_ == 0) return {};
+    const auto seconds = [](std::int64_t ns) {
+        return static_cast<double>(ns) / static_cast<double>(ns_per_s);
+    };
+    return LastFrame{seconds(now - *frame_),
+                     seconds(std::max(overdue_gaps * longest_gap_ns_, least_overdue_ns))};
 }
 
 FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) const {
@@ -50,7 +81,8 @@ FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) cons
 }
 
 Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& controller,
-              const AwaitedTrigger& awaited, bool for_client) {
+              const AwaitedTrigger& awaited, bool for_client,
+              const std::optional<RecentFrames::LastFrame>& last_frame) {
     if (!acquiring)
         return {Health::idle, controller.empty() ? "idle: the acquisition is stopped, no client is in control"
                                                  : fmt::format("idle: {} has not started it", controller)};
@@ -65,6 +97,9 @@ Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& co
                 fmt::format("idle: no trigger yet of {}, {:.0f} s after the start of the acquisition",
                             awaited.name, awaited.acquires_s)};
     if (recent.triggers == 0) return bad(fmt::format("no trigger of {}", awaited.name));
+    if (last_frame && !awaited.on_request && last_frame->age_s > last_frame->overdue_s)
+        return {Health::bad, fmt::format("no frame of {} for {:.0f} s, where one was due within {:.0f} s",
+                                         awaited.name, last_frame->age_s, last_frame->overdue_s)};
     if (recent.missed_triggers > 0)
         return bad(fmt::format("{} of {} triggers missed ({})", recent.missed_triggers, recent.triggers,
                                reasons_of(recent.missed_because)));

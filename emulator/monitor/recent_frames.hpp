@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 
 namespace obscura::emulator {
@@ -26,17 +27,33 @@ class RecentFrames {
 public:
     static constexpr std::int64_t span_ns = 60 * ns_per_s;
 
+    /// A complete frame is overdue after three times the longest gap between those of the last minute, and
+    /// after two seconds at least.
+    static constexpr std::int64_t overdue_gaps = 3, least_overdue_ns = 2 * ns_per_s;
+
     /// Takes a snapshot if the last one is a second old; to be called several times a second.
-    void note(Time now, const CameraCounters& counters);
+    void note(Time now, const CameraCounters& counters, bool acquiring);
     /// Outcomes from about a minute before `now`, or from the first snapshot, until `now`.
     [[nodiscard]] FrameOutcomes until(Time now, const CameraCounters& counters) const;
+    /// Since the last complete frame of this acquisition, and when the next one is overdue. None: there were
+    /// not two.
+    struct LastFrame {
+        double age_s = 0, overdue_s = 0;
+    };
+    [[nodiscard]] std::optional<LastFrame> last_frame(Time now) const;
 
 private:
     struct Snapshot {
         Time time;
         CameraCounters counters;
+        std::int64_t longest_gap_ns = 0; ///< of frames that came after it, before the next one
     };
+    void note_frame(Time now);
+
     std::deque<Snapshot> snapshots_; ///< oldest first, the first about span_ns before the last
+    std::uint64_t complete_ = 0;
+    std::optional<Time> frame_;       ///< look that saw the last complete frame of this acquisition
+    std::int64_t longest_gap_ns_ = 0; ///< 0: not known
 };
 
 /// Whether a camera does what it should.
@@ -64,6 +81,7 @@ struct AwaitedTrigger {
 /// `controller`: address of the client in control; empty: none. `for_client`: a client of GigE Vision may
 /// come, so that frames which go nowhere until it does are no fault, but said.
 [[nodiscard]] Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& controller,
-                            const AwaitedTrigger& awaited, bool for_client);
+                            const AwaitedTrigger& awaited, bool for_client,
+                            const std::optional<RecentFrames::LastFrame>& last_frame = {});
 
 } // namespace obscura::emulator

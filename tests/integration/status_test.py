@@ -115,7 +115,8 @@ socket = "{path}"
     check("the frames counted are those on disk", files - 1 <= complete(), (files, camera["camera"]))
     text = ask("status", "--socket", path)
     check("the text has the verdict of the state, and the exit status follows it",
-          text.returncode == (1 if "NOT GOOD: " in text.stdout else 0) and ", last " in text.stdout, text.stdout)
+          text.returncode == (1 if "NOT GOOD: " in text.stdout else 0) and
+          re.search(r"^  (NOT GOOD: |on time: 0 late rows in ).* \d+ s$", text.stdout, re.M), text.stdout)
 
     log.flush()
     written = (folder / "log").read_text(encoding="utf-8").splitlines()

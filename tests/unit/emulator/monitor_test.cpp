@@ -404,7 +404,7 @@ TEST_CASE("the last minute is counted from snapshots a second apart", "[emulator
             ++counters.late;
             counters.late_rows += 7;
         }
-        recent.note(at(0.1 * i), counters);
+        recent.note(at(0.1 * i), counters, true);
     }
     const FrameOutcomes last = recent.until(at(200), counters);
     CHECK(last.seconds >= 60);
@@ -414,8 +414,43 @@ TEST_CASE("the last minute is counted from snapshots a second apart", "[emulator
     CHECK(last.late_rows == 350);
     // Later, without further frames, they move out of the minute.
     for (int i = 0; i < 130; ++i)
-        recent.note(at(200 + 0.5 * i), counters);
+        recent.note(at(200 + 0.5 * i), counters, true);
     CHECK(recent.until(at(265), counters).frames == 0);
+}
+
+TEST_CASE("a frame is overdue after three times the longest gap of the last minute", "[emulator]") {
+    RecentFrames recent;
+    CameraCounters counters;
+    int looks = 0; // ten a second
+    const auto now = [&looks] { return Time{looks * ns_per_s / 10}; };
+    /// A frame after each of so many looks.
+    const auto frames = [&](int count, int period) {
+        for (int i = 1; i <= count * period; ++i) {
+            if (i % period == 0) ++counters.complete;
+            ++looks;
+            recent.note(now(), counters, true);
+        }
+    };
+    const auto overdue_s = [&] { return recent.last_frame(now()) ? recent.last_frame(now())->overdue_s : 0; };
+    frames(1, 5);
+    CHECK_FALSE(recent.last_frame(now())); // one has no gap
+    frames(100, 1);
+    CHECK(overdue_s() == 2);
+    CHECK(recent.last_frame(now())->age_s == 0);
+    frames(1, 40);
+    CHECK(overdue_s() == 12);
+    frames(500, 1);
+    CHECK(overdue_s() == 12); // for a minute
+    frames(200, 1);
+    CHECK(overdue_s() == 2);
+    looks += 1000; // no frame, however long: what there was before holds
+    recent.note(now(), counters, true);
+    CHECK(recent.last_frame(now())->age_s == 100);
+    CHECK(overdue_s() == 2);
+    recent.note(now(), counters, false);
+    CHECK_FALSE(recent.last_frame(now()));
+    frames(1, 5);
+    CHECK_FALSE(recent.last_frame(now())); // of another acquisition
 }
 
 TEST_CASE("the verdict names the first thing that is wrong", "[emulator]") {
@@ -453,6 +488,13 @@ TEST_CASE("the verdict names the first thing that is wrong", "[emulator]") {
     o.dropped = 5;
     CHECK(judge(o, true, "", line, false).text ==
           "5 of 600 triggers without a frame: no memory or transport was free, last 60 s");
+    const RecentFrames::LastFrame late{.age_s = 7.2, .overdue_s = 6}, young{.age_s = 5.9, .overdue_s = 6};
+    CHECK(judge(o, true, "", line, false, late).text ==
+          "no frame of Line0 (gpio) for 7 s, where one was due within 6 s");
+    CHECK(judge(o, true, "", line, false, late).health == Health::bad);
+    CHECK(judge(o, true, "", line, false, young).text == judge(o, true, "", line, false).text);
+    CHECK(judge(o, true, "", {.name = "Software", .on_request = true}, false, late).text ==
+          judge(o, true, "", line, false).text);
     o.missed_triggers = 1;
     o.missed_because[static_cast<std::size_t>(sync::MissedReason::rendering)] = 1;
     CHECK(judge(o, true, "", line, false).text == "1 of 600 triggers missed (rendering: 1), last 60 s");
