@@ -224,6 +224,13 @@ std::string Monitor::made_state() const {
                  {"pool", {{"frames", pool.size()}, {"in_use", pool.in_use()}}},
                  {"verdict", {{"health", name_of(verdict.health)}, {"text", verdict.text}}},
                  {"recent", to_json(recent)}};
+        if (last && !awaited.on_request)
+            one["last_frame"] = {{"age_s", last->age_s}, {"overdue_s", last->overdue_s}};
+        if (const std::optional<SimulatorCounters> simulator = daemon_.unit(i).simulator_counters())
+            one["simulator"] = {{"connections", simulator->connections},
+                                {"poses", simulator->poses},
+                                {"steps", simulator->steps},
+                                {"refused", simulator->refused}};
         one.update(statistics);
         state["cameras"].push_back(std::move(one));
     }

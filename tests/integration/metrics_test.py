@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What obscura metrics prints of a daemon with ten times the triggers that its sensor can take, as datagrams, is well formed, adds
-up and is what the daemon's own files say.
+"""What obscura metrics and obscura-web tell of a daemon that gets ten times the triggers that its sensor can take for ten seconds, as datagrams, is well
+formed, adds up in each of a thousand scrapes, and is what the daemon's own files say.
 
-Usage: metrics_test.py OBSCURAD OBSCURA SOURCE-DIRECTORY
-With Python's prometheus_client (Debian package python3-prometheus-client) its parser reads the text too. Exit status 1 if a
-check failed.
+Usage: metrics_test.py OBSCURAD OBSCURA OBSCURA-WEB SOURCE-DIRECTORY
+With Python's prometheus_client (Debian package python3-prometheus-client) its parser reads the text too, and with promtool (prometheus) that. Exit status 1
+if a check failed.
 """
 import importlib.util
 import itertools
@@ -13,17 +13,20 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import socket
 import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from small_daemon import SmallDaemon  # noqa: E402
+from web_server import Web  # noqa: E402
 
-obscurad, obscura, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+obscurad, obscura, web, source = *sys.argv[1:4], pathlib.Path(sys.argv[4])
 PATIENCE_S = 60  # a busy machine, a sanitizer
 NAMES = source / "docs/monitor.md"
 failures = []
@@ -48,7 +51,7 @@ def parsed(text):
         else:
             name, labels, value = re.fullmatch(r"([a-z_]+)(?:\{(.*)\})? (\S+)", line).groups()
             assert name == family or types[family] == "histogram" and re.sub("_(bucket|sum|count)$", "", name) == family, line
-            pairs = dict(re.findall(r'([a-z_]+)="((?:[^"\\]|\\.)*)"', labels or ""))
+            pairs = dict(re.findall(r'([a-z0-9_]+)="((?:[^"\\]|\\.)*)"', labels or ""))
             pairs.pop("config", None)
             key = name, tuple(sorted(pairs.items()))
             assert key not in values, line
@@ -79,8 +82,8 @@ def wait_for(done):
 with tempfile.TemporaryDirectory(prefix="obscura-metrics-") as temporary:
     folder = pathlib.Path(temporary)
     # A frame takes the sensor 20 ms, and triggers come every 2.
-    edges, rate_hz = 1500, 500
-    gvcp, triggers = free_port(), f"127.0.0.1:{free_port()}"
+    edges, rate_hz = 5000, 500
+    gvcp, triggers, poses = free_port(), f"127.0.0.1:{free_port()}", free_port()
     camera = SmallDaemon(folder, obscurad, source, name='a "quoted" name.toml', rate_hz=50,
                          tables=f"""pixel_clock_hz = 153600
 [camera]
@@ -89,6 +92,9 @@ exposure_us = 100
 autostart = true
 [control]
 unix_socket = "{folder / 'calls'}"
+[simulator]
+enabled = true
+listen = "127.0.0.1:{poses}"
 """)
     camera.config.write_text(camera.config.read_text().replace("[gige]\nenabled = false", f"""[gige]
 interface = "127.0.0.1"
@@ -109,33 +115,55 @@ listen = "{triggers}\""""))
         return of(parsed(metrics().stdout)[0], name, **labels) or 0
 
     wait_for(lambda: value("obscura_acquiring"))
+    server = Web(web, "--socket", camera.socket)
+    wait_for(lambda: "obscura_acquiring" in server.ask("/metrics").text)
+    served = []
+
+    def scrape():
+        connection = server.connection()
+        while len(served) < 1000:
+            connection.request("GET", "/metrics", headers={"Authorization": f"Bearer {server.token}"})
+            served.append(connection.getresponse().read().decode())
+            time.sleep(0.008)
+        connection.close()
+
+    scraper = threading.Thread(target=scrape)
+    scraper.start()
     # The last ones come slowly, so that none of them is lost on the way and a gap before them is seen.
     slow = 20
     sender = subprocess.Popen(f"'{obscura}' trigger --udp {triggers} --rate {rate_hz} --frames {edges - slow} && "
                               f"'{obscura}' trigger --udp {triggers} --rate 100 --first {edges - slow + 1} --frames {slow}", shell=True,
                               stdout=subprocess.DEVNULL)
     wait_for(lambda: value("obscura_frames_total", outcome="complete") > 5)
-    scrapes = [metrics().stdout for _ in range(10)]
-    check("triggers come and are missed while they are counted", value("obscura_triggers_missed_total", reason="chip_busy") > 0 and
-          sender.poll() is None, scrapes[-1])
+    scrapes = [metrics().stdout]
+    while sender.poll() is None:
+        scrapes.append(metrics().stdout)
     check("all of them are sent", sender.wait(PATIENCE_S) == 0)
+    check("triggers come and are missed while they are counted", len({text for text in scrapes if "reason=\"chip_busy\"" in text}) > 10 and
+          of(parsed(scrapes[5])[0], "obscura_triggers_missed_total", reason="chip_busy") > 0, scrapes[5])
     wait_for(lambda: value("obscura_triggers_seen_total") >= edges)
     time.sleep(0.2)  # the last frame ends
     scrapes.append(metrics().stdout)
+    scraper.join()
     every = [parsed(text) for text in scrapes]
-    for (before, types), (after, _) in zip(every, every[1:]):
-        down = [key for key, value in before.items() if after.get(key, -1) < value and
+    of_web = [parsed(text) for text in served]
+    for what, series in (f"{len(every)} runs of obscura metrics", every), (f"{len(of_web)} scrapes of obscura-web", of_web):
+        down = [key for (before, types), (after, _) in zip(series, series[1:]) for key, value in before.items() if after.get(key, -1) < value and
                 types.get(re.sub("_(bucket|sum|count)$", "", key[0]), types.get(key[0])) in ("counter", "histogram")]
-        if down:
-            check("counters never fall", False, down)
+        check(f"counters never fall in {what}", not down, down)
+        seen = [of(values, "obscura_triggers_seen_total") for values, _ in series]
+        check("which see the run go on", len(set(seen)) > 10 and max(seen) > edges / 2, sorted(set(seen)))
     values, types = every[-1]
     check("each edge is one, and most of them are missed", of(values, "obscura_triggers_seen_total") == edges ==
           total(values, "obscura_triggers_total") and of(values, "obscura_triggers_total", outcome="missed") > edges / 2, scrapes[-1])
-    for values, _ in every:
+    off = []
+    for values, _ in every + of_web:
         outcomes, seen = total(values, "obscura_triggers_total"), of(values, "obscura_triggers_seen_total")
         reasons, missed = total(values, "obscura_triggers_missed_total"), of(values, "obscura_triggers_total", outcome="missed")
         if not (0 <= seen - outcomes <= 2 and reasons == missed):
-            check("outcomes sum to edges, and reasons to missed ones", False, (outcomes, seen, reasons, missed))
+            off.append((outcomes, seen, reasons, missed))
+    check("in each scrape outcomes sum to edges, but for one in work and one latched, and reasons to missed ones", not off, off)
+    values, types = every[-1]
     for name, kind in types.items():
         if kind != "histogram":
             continue
@@ -160,6 +188,18 @@ listen = "{triggers}\""""))
         source / "config/monitoring/dashboard.json").read_text(encoding="utf-8")
     used = {re.sub("_(bucket|sum|count)$", "", name) if name not in types else name for name in re.findall(r"\bobscura_(?!web_)[a-z_]+", rules)}
     check("alert rules and dashboard use names that exist", used and used <= set(types) | others, used - set(types))
+    with socket.create_connection(("127.0.0.1", poses), PATIENCE_S) as simulator:
+        simulator.sendall(b"pose camera 0.0 0 0 0 1 0 0 0\npose nobody 0.0 0 0 0 1 0 0 0\n")
+        wait_for(lambda: value("obscura_simulator_lines_total", kind="refused"))
+    check("lines of a simulator are counted by kind", [value("obscura_simulator_lines_total", kind=kind) for kind in ("pose", "step", "refused")] == [1, 0, 1]
+          and value("obscura_simulator_connections_total") == 1, metrics().stdout)
+    check("the trigger is named", of(values, "obscura_trigger_info", source="Line0", line0="udp") == 1, scrapes[-1])
+    check("a frame is overdue from two seconds on", of(values, "obscura_frame_overdue_seconds") >= 2 and of(values, "obscura_frame_age_seconds") >= 0, scrapes[-1])
+    if shutil.which("promtool"):
+        told = subprocess.run(["promtool", "check", "metrics"], input=scrapes[-1], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        check("promtool has nothing to say", told.returncode == 0, told.stdout)
+    else:
+        print("skipped: promtool is not installed")
     if importlib.util.find_spec("prometheus_client"):
         from prometheus_client.parser import text_string_to_metric_families
         theirs = sum(len(family.samples) for family in text_string_to_metric_families(scrapes[-1]))
@@ -187,6 +227,7 @@ listen = "{triggers}\""""))
     received, results = value("obscura_gige_commands_received_total"), total(parsed(metrics().stdout)[0], "obscura_gige_commands_total")
     check("so are commands", received == 2 and results == 0, (received, results))
 
+    check("the web server ends well", server.end() == 0, server.log)
     daemon.terminate()
     check("the daemon ends well", daemon.wait(PATIENCE_S) == 0)
     told = json.loads(statistics.read_text())

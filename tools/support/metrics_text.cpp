@@ -135,6 +135,21 @@ constexpr std::array camera_numbers{
                  "/camera/lod_deficit/frames"},
     CameraNumber{"acquiring", "gauge", "1 while the acquisition runs.", "", "", "/acquiring"},
     CameraNumber{"trigger_ready", "gauge", "1 while a trigger would be accepted.", "", "", "/trigger_ready"},
+    CameraNumber{"frame_age_seconds", "gauge",
+                 "Time since the last complete frame of this acquisition, to a tenth of a second; not where "
+                 "frames come on request.",
+                 "", "", "/last_frame/age_s"},
+    CameraNumber{"frame_overdue_seconds", "gauge",
+                 "Age from which the next frame is overdue: three times the longest gap of the last minute, "
+                 "2 s at least.",
+                 "", "", "/last_frame/overdue_s"},
+    CameraNumber{"simulator_connections_total", "counter", "Connections to the simulator port.", "", "",
+                 "/simulator/connections"},
+    CameraNumber{"simulator_lines_total", "counter",
+                 "Lines to the simulator port, by what they were; those refused with connections.", "kind",
+                 "pose", "/simulator/poses"},
+    CameraNumber{"simulator_lines_total", "", "", "kind", "step", "/simulator/steps"},
+    CameraNumber{"simulator_lines_total", "", "", "kind", "refused", "/simulator/refused"},
     CameraNumber{"last_frame_id", "gauge", "Number of the last frame.", "", "", "/frame_id"},
 };
 
@@ -265,10 +280,22 @@ void add_transports(Exposition& out, const Labels& labels, const Json& camera) {
 }
 
 void add_camera(Exposition& out, const Labels& labels, const Json& camera) {
-    out.declare("camera_info", "gauge", "1, with the sensor and the address of the camera's control port.");
+    out.declare("camera_info", "gauge",
+                "1, with the sensor, and serial number and address of the GigE Vision camera.");
     out.add("camera_info", "",
-            with(with(labels, "sensor", text_at(camera, "/sensor")), "address", text_at(camera, "/address")),
+            with(with(with(labels, "sensor", text_at(camera, "/sensor")), "serial",
+                      text_at(camera, "/transports/gige/serial")),
+                 "address", text_at(camera, "/address")),
             1);
+    out.declare(
+        "trigger_info", "gauge",
+        "1, with TriggerSource of FrameStart, FreeRun if that is off, and the kind of Line0's source.");
+    if (const Pointer on("/frame_trigger/on"); camera.contains(on))
+        out.add("trigger_info", "",
+                with(with(labels, "source",
+                          camera[on] == true ? text_at(camera, "/frame_trigger/source") : "FreeRun"),
+                     "line0", text_at(camera, "/clock/source")),
+                1);
     out.declare("controlled", "gauge", "1 while a client controls the camera.");
     out.add("controlled", "", labels, !text_at(camera, "/controller").empty());
     out.declare("camera_bad", "gauge",

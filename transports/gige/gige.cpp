@@ -200,6 +200,7 @@ TransportStatistics GigeCamera::statistics() const {
                                      {"events_lost", g.events_lost},
                                      {"control_taken", g.control_taken},
                                      {"control_lost", g.control_lost}});
+    s.texts.push_back({"serial", settings_.serial});
     if (parts_) add_channels(parts_->port, parts_->sender, clock_.now(), s);
     s.groups = {{"refused_because",
                  {{"no_longer_kept", g.refused.no_longer_kept},
