@@ -160,6 +160,7 @@ void DaemonWatch::watch(const std::string& path, tools::MonitorClient first) {
             const std::lock_guard lock(mutex_);
             Watched& own = daemons_.at(path);
             own.state = nullptr;
+            own.error = error;
             own.ended = gone;
             publish(error);
         }
@@ -186,6 +187,7 @@ void DaemonWatch::look(const std::string& path, const tools::MonitorClient& daem
         take_events(std::move(answer.at("events")), run);
         Watched& own = daemons_.at(path);
         own.state = std::move(state);
+        own.error.clear();
         own.pid = run.pid;
         publish({});
     }
@@ -222,7 +224,10 @@ void DaemonWatch::take_events(Json events, const DaemonRun& run) {
 void DaemonWatch::publish(const std::string& error) {
     auto sighting = std::make_shared<Sighting>();
     for (const auto& [path, daemon] : daemons_)
-        if (!daemon.state.is_null()) sighting->states.push_back(daemon.state);
+        if (!daemon.state.is_null())
+            sighting->states.push_back(daemon.state);
+        else if (!daemon.error.empty() && !daemon.ended)
+            sighting->silent.emplace(path, daemon.error);
     if (sighting->states.empty()) sighting->error = error.empty() ? latest_->error : error;
     sighting->at = std::chrono::steady_clock::now();
     latest_ = std::move(sighting);

@@ -28,8 +28,9 @@ namespace obscura::web {
 struct Sighting {
     /// Answers to "state", in the order of their sockets; each camera has also an `id`, "PID-N".
     std::vector<nlohmann::ordered_json> states;
-    std::string error;                        ///< why there is none, else empty
-    std::chrono::steady_clock::time_point at; ///< of the answer that came last
+    std::map<std::string, std::string> silent; ///< sockets that take connections and do not answer; why
+    std::string error;                         ///< why there is no state, else empty
+    std::chrono::steady_clock::time_point at;  ///< of the answer that came last
 };
 
 /// A run of a daemon. Its process may have the number of the one before, as in containers.
@@ -89,6 +90,7 @@ private:
     /// A daemon whose socket took a connection.
     struct Watched {
         nlohmann::ordered_json state; ///< null: none
+        std::string error;            ///< why there is none; empty: it has just been found
         std::int64_t pid = 0;         ///< of that state
         bool ended = false;           ///< its thread is about to end: nothing serves the socket
         std::thread thread;

@@ -103,7 +103,10 @@ constexpr std::array all_routes{
           "text/html; charset=utf-8"},
     Route{Answers::alive, "GET", "/livez", "alive", {}, "200 while this process answers", text_type},
     Route{Answers::ready, "GET", "/readyz", "ready", Role::viewer,
-          "200 if every camera is on time or idle, else 503; the checks", json_type, "Ready"},
+          "200 if every daemon answers and each camera is on time or idle, with its clock and its files, "
+          "else 503; the "
+          "checks",
+          json_type, "Ready"},
     Route{Answers::metrics, "GET", "/metrics", "metrics", Role::viewer,
           "Metrics in the text format of Prometheus", "text/plain; version=0.0.4; charset=utf-8"},
     Route{Answers::state, "GET", "/api/v1/state", "state", Role::viewer, "What the daemons said last",

@@ -10,6 +10,7 @@
 #include "web/openapi.hpp"
 #include "web/page_files.hpp"
 #include "web/problem.hpp"
+#include "web/readiness.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -389,19 +390,9 @@ std::optional<std::string> Routes::token_refusal(std::string_view token, const s
 }
 
 Response Routes::ready() const {
-    const auto sighting = watch_.latest();
-    Json checks = Json::object();
-    bool good = !sighting->states.empty();
-    checks["daemon"] = good ? "answers" : sighting->error;
-    for (const Json& state : sighting->states)
-        for (std::size_t k = 0; k < state.at("cameras").size(); ++k) {
-            const Json& verdict = state["cameras"][k].at("verdict");
-            good = good && verdict.at("health") != "bad";
-            checks[fmt::format("{} camera {}", state.at("daemon").at("config").get<std::string>(), k)] =
-                verdict.at("text");
-        }
-    Response response = json_answer({{"ready", good}, {"checks", checks}});
-    if (!good) response.status = 503;
+    const Readiness found = readiness_of(*watch_.latest());
+    Response response = json_answer({{"ready", found.ready}, {"checks", found.checks}});
+    if (!found.ready) response.status = 503;
     return response;
 }
 

@@ -114,9 +114,11 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     ready = one.ask("/readyz")
     told = json.loads(ready.text)
     check("readiness follows the verdict, which it tells", told["checks"]["daemon"] == "answers" and
-          re.search(r"last \d+ s$", told["checks"][f"{camera.config} camera 0"]) and
+          re.search(r"\d s$", told["checks"][f"{camera.config} camera 0"]) and
           told["ready"] == told["checks"][f"{camera.config} camera 0"].startswith(("on time", "idle")) and
           ready.status == (200 if told["ready"] else 503), ready.text)
+    check("beside threads, clock and files", told["checks"][f"{camera.config} threads"] == "beat" and told["checks"][f"{camera.config} camera 0 clock"] ==
+          "timer, free" and told["checks"][f"{camera.config} camera 0 files"] == "are written", ready.text)
     check("the log is there", json.loads(one.ask("/api/v1/events?follow=0").text)["events"][0]["id"] == 1)
     with socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) as client:
         client.sendall(f"GET /api/v1/events HTTP/1.1\r\nHost: localhost:{one.port}\r\nAuthorization: Bearer {one.token}\r\n\r\n".encode())
