@@ -23,13 +23,16 @@ obscura_manual_file(obscura-stimulator-sim.1 man "$<TARGET_FILE:obscura-stimulat
 obscura_manual_file(obscurad.8 man "$<TARGET_FILE:obscurad>" 8)
 obscura_manual_file(obscura-web.8 man "$<TARGET_FILE:obscura-web>" 8)
 obscura_manual_file(obscurad.toml.5 keys "$<TARGET_FILE:obscura>")
-obscura_manual_file(obscura.bash completion "$<TARGET_FILE:obscura>" "$<TARGET_FILE:obscurad>")
+set(completed obscura obscurad obscura-instrument obscura-stimulator-sim obscura-web)
+foreach(program ${completed})
+    obscura_manual_file(${program}.bash completion "$<TARGET_FILE:${program}>")
+endforeach()
 add_custom_target(manual ALL DEPENDS ${manual_files})
 
 install(FILES "${manual}/obscura.1" "${manual}/obscura-instrument.1" "${manual}/obscura-stimulator-sim.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
 install(FILES "${manual}/obscurad.toml.5" DESTINATION "${CMAKE_INSTALL_MANDIR}/man5")
 install(FILES "${manual}/obscurad.8" "${manual}/obscura-web.8" DESTINATION "${CMAKE_INSTALL_MANDIR}/man8")
-foreach(program obscura obscurad)
-    install(FILES "${manual}/obscura.bash" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions"
+foreach(program ${completed})
+    install(FILES "${manual}/${program}.bash" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions"
             RENAME ${program})
 endforeach()

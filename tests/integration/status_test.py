@@ -129,8 +129,6 @@ socket = "{path}"
     rest = ask("events", "--json", "--after", "1", "--socket", path).stdout.splitlines()
     check("only later events are given", rest and json.loads(rest[0])["id"] == 2, rest)
 
-    # Bytes of a client that follows no rule; a second one that never reads.
-    dice = random.Random(7)
     # The table of verbs, and the answers that it promises.
     client = connect()
 
@@ -152,6 +150,8 @@ socket = "{path}"
         check(f"{wrong} is refused by name", raw(verb="events", **wrong).get("error", "").startswith(why), raw(verb="events", **wrong))
     client.close()
 
+    # Bytes of a client that follows no rule; a second one that never reads.
+    dice = random.Random(7)
     deaf = connect()
     client = connect()
     answered = 0
@@ -190,7 +190,6 @@ socket = "{path}"
     second = name.with_name(f"obscurad-{daemon.pid}.socket")
     check("the next daemon removes what a killed one has left", wait_for(lambda: second.exists() and
                                                                         not name.exists()))
-    daemon.terminate()
 
     # One of two daemons hangs, and is watched until it is gone.
     config.with_name("other.toml").write_text(config.read_text())
@@ -217,6 +216,7 @@ socket = "{path}"
     watcher.send_signal(signal.SIGINT)
     watcher.communicate(timeout=PATIENCE_S)
     check("until the watch is interrupted", watcher.returncode == 69, watcher.returncode)
+    daemon.terminate()
     daemon.wait(PATIENCE_S)
 
     config.write_text(config.read_text() + '[monitor]\nsocket = "off"\n')

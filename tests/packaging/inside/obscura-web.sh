@@ -6,7 +6,8 @@ set -uo pipefail
 
 check "dpkg installs it beside obscura" dpkg -i /packages/obscura_[0-9]*.deb /packages/obscura-web_*.deb
 check "dpkg has nothing to complain of" bash -c '[ -z "$(dpkg --audit)" ] && dpkg --verify obscura-web'
-for file in /usr/bin/obscura-web /lib/systemd/system/obscura-web.service /usr/share/man/man8/obscura-web.8.gz /usr/share/doc/obscura-web/copyright; do
+for file in /usr/bin/obscura-web /lib/systemd/system/obscura-web.service /usr/share/man/man8/obscura-web.8.gz \
+    /usr/share/bash-completion/completions/obscura-web /usr/share/doc/obscura-web/copyright; do
     [ -f "$file" ] && ok "$file" || bad "$file is missing"
 done
 check "manual page" bash -c '[ -z "$(man --warnings -E UTF-8 -l -Tutf8 -Z /usr/share/man/man8/obscura-web.8.gz 2>&1 >/dev/null)" ]'

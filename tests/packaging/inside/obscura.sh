@@ -25,6 +25,7 @@ for file in /usr/bin/obscurad /usr/bin/obscura /etc/obscura/obscurad.toml /etc/s
     /lib/udev/rules.d/60-obscura.rules /usr/share/obscura/demo.toml /usr/share/obscura/scenes/demo.toml /usr/share/obscura/examples/lockstep/camera.toml \
     /usr/share/man/man1/obscura.1.gz /usr/share/man/man1/obscura-instrument.1.gz /usr/share/man/man1/obscura-stimulator-sim.1.gz /usr/share/man/man5/obscurad.toml.5.gz /usr/share/man/man8/obscurad.8.gz \
     /usr/share/bash-completion/completions/obscura /usr/share/bash-completion/completions/obscurad \
+    /usr/share/bash-completion/completions/obscura-instrument /usr/share/bash-completion/completions/obscura-stimulator-sim \
     /usr/share/doc/obscura/copyright /usr/share/doc/obscura/examples/txtime.conf; do
     [ -f "$file" ] || bad "$file is missing"
 done
