@@ -80,10 +80,9 @@ const service::Calls& calls() {
         all.push_back(timing_call(cameras));
         all.push_back(truth_call(cameras));
         all.push_back(probe_call(cameras, probes, nullptr));
-        for (const service::Calls& more : {device_calls(cameras),
-                                           daemon_calls(cameras, requests, nullptr),
+        for (const service::Calls& more : {device_calls(cameras), daemon_calls(cameras, requests, nullptr),
                                            scene_calls(requests, std::filesystem::path(), nullptr),
-                                           {configuration_call(nullptr)}})
+                                           configuration_calls(requests, nullptr)})
             all.insert(all.end(), more.begin(), more.end());
         return all;
     }();
@@ -118,6 +117,8 @@ bool is_allowed(const ordered_json& value, const web::Parameter& field) {
         return value.is_string();
     case Type::array:
         return value.is_array();
+    case Type::any:
+        return true;
     }
     return false;
 }
