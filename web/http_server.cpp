@@ -386,7 +386,12 @@ public:
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
-    [[nodiscard]] std::uint16_t port() const { return doors_.front().acceptor.local_endpoint().port(); }
+    [[nodiscard]] std::vector<std::uint16_t> ports() const {
+        std::vector<std::uint16_t> all;
+        for (const Door& door : doors_)
+            all.push_back(door.acceptor.local_endpoint().port());
+        return all;
+    }
 
     void run(Routes& routes, const DaemonWatch& watch, const std::function<bool()>& stopped) {
         Worker worker;
@@ -490,8 +495,8 @@ HttpServer::HttpServer(const HttpLimits& limits, const std::vector<std::string>&
     : impl_(std::make_unique<Impl>(limits, addresses, tls)) {}
 HttpServer::~HttpServer() = default;
 
-std::uint16_t HttpServer::port() const {
-    return impl_->port();
+std::vector<std::uint16_t> HttpServer::ports() const {
+    return impl_->ports();
 }
 
 void HttpServer::serve_live(std::shared_ptr<LivePictures> pictures) {

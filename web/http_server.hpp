@@ -27,8 +27,9 @@ public:
     HttpServer(const HttpServer&) = delete;
     HttpServer& operator=(const HttpServer&) = delete;
 
-    /// Of the first address.
-    [[nodiscard]] std::uint16_t port() const;
+    /// Of the first address, and of all.
+    [[nodiscard]] std::uint16_t port() const { return ports().front(); }
+    [[nodiscard]] std::vector<std::uint16_t> ports() const;
     /// Serves live pictures, too; before run().
     void serve_live(std::shared_ptr<LivePictures> pictures);
     /// Serves on this thread, and does jobs on one of its own, until `stopped`, which is asked five times a

@@ -23,6 +23,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -169,20 +171,33 @@ private:
     bool said_ = false;
 };
 
+/// Names by which it may be called at all of its addresses.
+std::vector<std::string> names_of(const Options& options, const std::vector<std::string>& addresses,
+                                  const std::vector<std::uint16_t>& ports) {
+    std::vector<std::string> names = options.hosts;
+    for (std::size_t i = 0; i < addresses.size(); ++i) {
+        std::vector<std::string> here{"localhost", "127.0.0.1", "[::1]"};
+        // No page of another site can have a number as its name.
+        if (!is_wildcard(addresses[i])) here.push_back(host_of(addresses[i]));
+        for (const std::string& host : options.hosts)
+            if (!OwnNames::has_port(host) && host.find("://") == std::string::npos) here.push_back(host);
+        for (const std::string& name : here)
+            names.push_back(fmt::format("{}:{}", name, ports[i]));
+    }
+    return names;
+}
+
 int serve(const Options& options) {
     if (options.certificate.empty() != options.key.empty())
         throw tools::UsageError("obscura-web: --tls-certificate and --tls-key are wanted together");
     const bool secure = !options.certificate.empty();
     const std::vector<std::string> addresses = addresses_of(options);
-    std::vector<std::string> names = options.hosts;
     for (const std::string& host : options.hosts)
         if (!OwnNames::is_name(host))
             throw tools::UsageError(fmt::format(
                 "obscura-web: --host {}: allowed are NAME, NAME:PORT, and either after https:// or http://",
                 host));
     for (const std::string& address : addresses) {
-        // No page of another site can have a number as its name.
-        if (!is_wildcard(address)) names.push_back(host_of(address));
         if (!is_loopback(address) && !secure && !options.insecure)
             throw ConfigError(
                 fmt::format("obscura-web: --listen {}: not of the loopback interface: tokens would cross "
@@ -207,7 +222,9 @@ int serve(const Options& options) {
     DaemonWatch watch(options.socket, std::chrono::milliseconds(500), pictures.get());
     pictures->when_wanted([&watch] { watch.look_soon(); });
     server.serve_live(pictures);
-    Routes routes({tokens, OwnNames(names, server.port(), secure), OBSCURA_VERSION, figures, frames}, watch);
+    Routes routes({tokens, OwnNames(names_of(options, addresses, server.ports()), server.port(), secure),
+                   OBSCURA_VERSION, figures, frames},
+                  watch);
     const std::string page =
         link(page_of(options, addresses.front(), fmt::format("{}", server.port())), token);
     tools::remove_left_over_web_links();

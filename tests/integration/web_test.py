@@ -197,8 +197,17 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     wrong = json.loads(named.ask("/api/v1/me", Host="localhost:9001").text)["detail"]
     check("a wrong name is answered with the option that allows it", "--host localhost:9001 " in wrong, wrong)
     check("it ends well", named.end() == 0)
-    several = Web("--socket", path, "--listen", "127.0.0.2:0")
-    check("a further address is served, too", several.ask("/livez").status == 200 and several.end() == 0)
+    with socket.create_server(("127.0.0.2", 0)) as free:
+        other = free.getsockname()[1]
+    several = Web("--socket", path, "--listen", f"127.0.0.2:{other}", "--host", "bench")
+
+    def at_other(host):
+        with socket.create_connection(("127.0.0.2", other), PATIENCE_S) as client:
+            client.sendall(f"GET /livez HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n".encode())
+            return int(client.recv(4096).split()[1])
+    check("a further address is served, too, by its own names", several.ask("/livez").status == 200 and
+          [at_other(host) for host in (f"127.0.0.2:{other}", f"localhost:{other}", f"bench:{other}", f"evil:{other}")] == [200, 200, 200, 421])
+    check("it ends well", several.end() == 0)
     for name in "a/b", "b:x", "", "https://", "b:0":
         refused = subprocess.run([web, "--host", name], capture_output=True, text=True)
         check(f"--host {name!r} is refused", refused.returncode == 64 and refused.stderr.count("\n") == 1, refused)
