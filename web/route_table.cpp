@@ -37,8 +37,8 @@ constexpr std::array force_query{Parameter{
 constexpr std::array timing_query{
     Parameter{"after", Type::integer, "Only frames after this one", false, 0, most_id},
     Parameter{"most", Type::integer, "Largest number of rows", false, 1, 1024}};
-constexpr std::array timing_rows_query{
-    Parameter{"frame", Type::integer, "Number of a frame, one of the newest 1024; 0: the newest", false, 0, most_id}};
+constexpr std::array timing_rows_query{Parameter{
+    "frame", Type::integer, "Number of a frame, one of the newest 1024; 0: the newest", false, 0, most_id}};
 constexpr std::array probe_query{
     Parameter{"x", Type::integer, "Column of the image", true, 0, 65535, "px"},
     Parameter{"y", Type::integer, "Row of the image", true, 0, 65535, "px"},
