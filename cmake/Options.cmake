@@ -12,7 +12,8 @@ endif()
 
 find_program(OBSCURA_CCACHE ccache)
 if(OBSCURA_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-    set(CMAKE_CXX_COMPILER_LAUNCHER "${OBSCURA_CCACHE}")
+    # Without these, ccache keeps nothing of what uses precompiled headers.
+    set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros "${OBSCURA_CCACHE}")
 endif()
 
 add_library(obscura_options INTERFACE)
