@@ -155,6 +155,7 @@ def frames(run, camera, folder):
     run.check_refused("nor is a word", 64, "allowed are latest and the number", "frame", "first", "-o", folder / "x.png")
     run.check_refused("several frames want a folder", 64, "a folder is wanted", "frame", "-n", "2", "-o", folder / "x.png")
     run.check_refused("another suffix", 64, "allowed are files ending in .png, .fits, .raw, .json", "frame", "-o", folder / "x.jpg")
+    run.check_refused("nor a folder that is not there, before a frame is waited for", 64, f"there is no folder {folder}/none", "frame", "-o", folder / "none/x.png", "--wait", "60")
 
 
 def bundle(run, folder, controlled):
@@ -375,6 +376,15 @@ with tempfile.TemporaryDirectory(prefix="obscura-operator-") as temporary:
         check("others may not", nobody.returncode == NOT_ALLOWED and nobody.stderr.count("\n") == 1, nobody)
     process.terminate()
     check("the daemon ends well", process.wait(PATIENCE_S) == 0)
+
+    daemon.config.write_text(daemon.config.read_text().replace("[gige]\nenabled = true", "[gige]\nenabled = false"))
+    (root / "ready").unlink()
+    process = daemon.start("--ready-file", root / "ready")
+    check("it starts without GigE Vision", wait_for((root / "ready").exists))
+    saved, said = bundle(by_monitor, root, True)
+    check("nothing that such a camera has is missing in the bundle", said.returncode == 0 and "missing" not in said.stdout and "camera0-features.json" in saved, said)
+    process.terminate()
+    process.wait(PATIENCE_S)
 
     daemon.config.write_text(daemon.config.read_text().replace(f'[control]\nunix_socket = "{calls}"\n', ""))
     (root / "ready").unlink()

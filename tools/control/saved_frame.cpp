@@ -22,6 +22,11 @@ FrameNames::FrameNames(std::string_view verb, const std::string& output, const s
         throw UsageError(fmt::format("obscura {}: --output {}: for several frames a folder is wanted, as "
                                      "{}/ with a slash at its end",
                                      verb, output, output_.replace_extension().string()));
+    // Said before a frame is waited for.
+    if (const std::filesystem::path folder = output_.parent_path();
+        !is_folder_ && !folder.empty() && !std::filesystem::is_directory(folder))
+        throw UsageError(
+            fmt::format("obscura {}: --output {}: there is no folder {}", verb, output, folder.string()));
     const std::string wanted =
         is_folder_ ? (format.empty() ? "png" : format) : suffix.substr(suffix.empty() ? 0 : 1);
     if (!is_folder_ && !format.empty() && format != wanted)

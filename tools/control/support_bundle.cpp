@@ -172,9 +172,11 @@ std::size_t add_daemon(SupportBundle& bundle, const AskDaemon& ask, bool all_cal
             bundle.add(fmt::format("camera{}-features.json", i), "settings of the camera", [&] {
                 return dumped(ask("camera.features", {{"camera", i}}));
             });
-            bundle.add(fmt::format("camera{}-faults.json", i), "faults that it injects", [&] {
-                return dumped(ask("faults.list", {{"camera", i}}).at("rules"));
-            });
+            // Faults are those of a GigE Vision stream.
+            if (cameras[i].value("transports", CallJson::object()).contains("gige"))
+                bundle.add(fmt::format("camera{}-faults.json", i), "faults that it injects", [&] {
+                    return dumped(ask("faults.list", {{"camera", i}}).at("rules"));
+                });
             bundle.add(fmt::format("camera{}-timing.csv", i), "time stamps of its newest frames",
                        [&] { return timing_csv(ask, i); });
         }
