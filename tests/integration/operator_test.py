@@ -189,7 +189,7 @@ def every_verb_over_the_web(run, camera, folder, monitor):
     """Verbs that have not been asked yet: each does what it does without --url."""
     local = Verbs("--socket", monitor)
     state = run.json("status")[0]
-    check("status", state["daemon"] == {**local.json("status")[0]["daemon"], **{k: state["daemon"][k] for k in ("up_s", "resident_mib", "log_lines")}} and
+    check("status", state["daemon"] == {**local.json("status")[0]["daemon"], **{k: state["daemon"][k] for k in ("up_s", "resident_mib", "locked_mib", "log_lines")}} and
           "trigger to first row" in run("status").stdout and run("status").returncode == local("status").returncode, state["daemon"])
     texts = [event["text"] for event in run.json("events")]
     check("events", any(text.startswith("monitor: ") for text in texts) and set(texts) <= {event["text"] for event in local.json("events")}, texts[:9])
