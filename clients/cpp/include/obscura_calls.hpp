@@ -517,9 +517,13 @@ struct State {
     }
 
     struct Result {
-        /// Version, process, configuration, time since the start
+        /// Version, process, configuration, time since the start, memory, lines of the log
         Value daemon{};
-        /// Scheduling and processor time of each thread
+        /// With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock
+        Value ptp{};
+        /// Of each supervised thread: name, age_s, silent
+        Value heartbeats{};
+        /// Scheduling, cores and processor time of each thread
         Value threads{};
         /// State, verdict, counters and latencies of each camera, see docs/monitor.md
         Value cameras{};
@@ -528,6 +532,8 @@ struct State {
     };
     [[nodiscard]] static Result read(ValueView head) {
         return {Value(head["daemon"]),
+                Value(head["ptp"]),
+                Value(head["heartbeats"]),
                 Value(head["threads"]),
                 Value(head["cameras"]),
                 Value(head["scenes"])};
@@ -551,7 +557,7 @@ struct Events {
     }
 
     struct Result {
-        /// Lines with id, utc, level and text
+        /// Lines with id, utc, level, text, and message, the MESSAGE_ID of the journal's catalogue
         Value events{};
     };
     [[nodiscard]] static Result read(ValueView head) {

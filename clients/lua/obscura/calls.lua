@@ -259,8 +259,10 @@ function calls:render(fields)
 end
 
 ---@class obscura.StateAnswer
----@field daemon? table<string, any> Version, process, configuration, time since the start
----@field threads? table<string, any>[] Scheduling and processor time of each thread
+---@field daemon? table<string, any> Version, process, configuration, time since the start, memory, lines of the log
+---@field ptp? table<string, any> With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock
+---@field heartbeats? table<string, any>[] Of each supervised thread: name, age_s, silent
+---@field threads? table<string, any>[] Scheduling, cores and processor time of each thread
 ---@field cameras? table<string, any>[] State, verdict, counters and latencies of each camera, see docs/monitor.md
 ---@field scenes? table<string, any> Scenes of scene.show that were shown, and refused, since the start
 
@@ -275,7 +277,7 @@ end
 ---@field most? integer Largest number of lines (1 to 1024; default 1024)
 
 ---@class obscura.EventsAnswer
----@field events? table<string, any>[] Lines with id, utc, level and text
+---@field events? table<string, any>[] Lines with id, utc, level, text, and message, the MESSAGE_ID of the journal's catalogue
 
 --- Lists the latest lines of the daemon's log, oldest first, no more than 64 KiB of them: ask again with the last id.
 ---@param fields? obscura.Events

@@ -135,9 +135,13 @@ class RenderAnswer(TypedDict, total=False):
 class StateAnswer(TypedDict, total=False):
     """Answer of state."""
 
-    # Version, process, configuration, time since the start
+    # Version, process, configuration, time since the start, memory, lines of the log
     daemon: Dict[str, Any]
-    # Scheduling and processor time of each thread
+    # With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock
+    ptp: Dict[str, Any]
+    # Of each supervised thread: name, age_s, silent
+    heartbeats: List[Dict[str, Any]]
+    # Scheduling, cores and processor time of each thread
     threads: List[Dict[str, Any]]
     # State, verdict, counters and latencies of each camera, see docs/monitor.md
     cameras: List[Dict[str, Any]]
@@ -148,7 +152,7 @@ class StateAnswer(TypedDict, total=False):
 class EventsAnswer(TypedDict, total=False):
     """Answer of events."""
 
-    # Lines with id, utc, level and text
+    # Lines with id, utc, level, text, and message, the MESSAGE_ID of the journal's catalogue
     events: List[Dict[str, Any]]
 
 

@@ -28,7 +28,7 @@ public final class Events extends Call<Events.Result> {
     /**
      * Answer of events; null is what the server did not send.
      *
-     * @param events Lines with id, utc, level and text
+     * @param events Lines with id, utc, level, text, and message, the MESSAGE_ID of the journal's catalogue
      */
     public record Result(List<Map<String, Object>> events) {}
 

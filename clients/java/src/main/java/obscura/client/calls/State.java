@@ -16,17 +16,20 @@ public final class State extends Call<State.Result> {
     /**
      * Answer of state; null is what the server did not send.
      *
-     * @param daemon Version, process, configuration, time since the start
-     * @param threads Scheduling and processor time of each thread
+     * @param daemon Version, process, configuration, time since the start, memory, lines of the log
+     * @param ptp With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock
+     * @param heartbeats Of each supervised thread: name, age_s, silent
+     * @param threads Scheduling, cores and processor time of each thread
      * @param cameras State, verdict, counters and latencies of each camera, see docs/monitor.md
      * @param scenes Scenes of scene.show that were shown, and refused, since the start
      */
-    public record Result(Map<String, Object> daemon, List<Map<String, Object>> threads,
+    public record Result(Map<String, Object> daemon, Map<String, Object> ptp,
+            List<Map<String, Object>> heartbeats, List<Map<String, Object>> threads,
             List<Map<String, Object>> cameras, Map<String, Object> scenes) {}
 
     @Override
     public Result read(Map<String, Object> head) {
-        return new Result(map(head.get("daemon")), maps(head.get("threads")), maps(head.get("cameras")),
-                map(head.get("scenes")));
+        return new Result(map(head.get("daemon")), map(head.get("ptp")), maps(head.get("heartbeats")),
+                maps(head.get("threads")), maps(head.get("cameras")), map(head.get("scenes")));
     }
 }
