@@ -22,10 +22,20 @@ namespace {
     throw HardwareError(fmt::format("{}: {}", what, std::strerror(errno)));
 }
 
-/// Sockets of this machine's daemons, or the given one.
-std::vector<std::filesystem::path> sockets(const std::string& socket) {
-    if (!socket.empty()) return {socket};
-    return emulator::monitor_sockets();
+/// Calls `visit` with the given socket, or with those of all daemons of this machine. Returns why the last
+/// one refused, by a HardwareError of `visit`: it is left over, of another group, or has just gone.
+template<typename Visit>
+std::string visit_sockets(const std::string& socket, const Visit& visit) {
+    std::string refused = no_daemon_here;
+    for (const std::filesystem::path& path :
+         socket.empty() ? emulator::monitor_sockets() : std::vector<std::filesystem::path>{socket}) {
+        try {
+            visit(path);
+        } catch (const HardwareError& error) {
+            refused = error.what();
+        }
+    }
+    return refused;
 }
 
 } // namespace
@@ -52,32 +62,15 @@ nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
     return json;
 }
 
-std::vector<MonitorClient> connect_to_daemons(const std::string& socket) {
-    std::vector<MonitorClient> clients;
-    std::string refused = no_daemon_here;
-    for (const std::filesystem::path& path : sockets(socket)) {
-        try {
-            clients.emplace_back(path);
-        } catch (const HardwareError& error) {
-            refused = error.what(); // left over, or of another group
-        }
-    }
-    if (clients.empty()) throw HardwareError(refused);
-    return clients;
-}
-
 DaemonStates daemon_states(const std::string& socket) {
     DaemonStates found;
-    std::string refused = no_daemon_here;
-    for (const std::filesystem::path& path : sockets(socket)) {
+    const std::string refused = visit_sockets(socket, [&found](const std::filesystem::path& path) {
         try {
             found.states.push_back(MonitorClient(path).ask({{"verb", "state"}}));
         } catch (const NoAnswer& error) {
             found.silent.emplace_back(error.what());
-        } catch (const HardwareError& error) {
-            refused = error.what(); // left over, of another group, or gone meanwhile
         }
-    }
+    });
     if (found.states.empty())
         throw HardwareError(found.silent.empty() ? refused
                                                  : fmt::format("{}", fmt::join(found.silent, "; ")));
@@ -86,11 +79,9 @@ DaemonStates daemon_states(const std::string& socket) {
 
 MonitorClient connect_to_daemon(const std::string& program, const std::string& socket) {
     std::vector<MonitorClient> daemons;
-    try {
-        daemons = connect_to_daemons(socket);
-    } catch (const HardwareError& error) {
-        throw HardwareError(fmt::format("{}: {}", program, error.what()));
-    }
+    const std::string refused =
+        visit_sockets(socket, [&daemons](const std::filesystem::path& path) { daemons.emplace_back(path); });
+    if (daemons.empty()) throw HardwareError(fmt::format("{}: {}", program, refused));
     if (daemons.size() == 1) return std::move(daemons.front());
     std::string paths;
     for (const MonitorClient& one : daemons)

@@ -41,21 +41,19 @@ private:
 constexpr const char* no_daemon_here =
     "no daemon with a monitor socket runs here (monitor.socket; --socket PATH)";
 
-/// The daemon at `socket`; if that is empty, all daemons of this machine that this user may ask. Throws
-/// HardwareError if there is none, with the reason.
-[[nodiscard]] std::vector<MonitorClient> connect_to_daemons(const std::string& socket);
-
 /// What daemons do, as their verb "state" tells it.
 struct DaemonStates {
     std::vector<nlohmann::ordered_json> states;
     /// One line for each daemon that runs and does not answer, as one that is stopped or hangs.
     std::vector<std::string> silent;
 };
-/// As connect_to_daemons(), and asks each, for 5 s at most. Throws HardwareError if none answers.
+/// Asks the daemon at `socket`; if that is empty, all daemons of this machine that this user may ask, each
+/// for 5 s at most. Throws HardwareError if none answers, with the reason.
 [[nodiscard]] DaemonStates daemon_states(const std::string& socket);
 
-/// As connect_to_daemons(), for a program that asks one daemon. Throws Error (exit_usage) if several run,
-/// with their sockets; `program` stands in front of that message.
+/// The daemon at `socket`; if that is empty, the only one of this machine that this user may ask. Throws
+/// HardwareError if there is none, Error (exit_usage) with their sockets if there are several; `program`
+/// stands in front of the messages.
 [[nodiscard]] MonitorClient connect_to_daemon(const std::string& program, const std::string& socket);
 
 } // namespace obscura::tools
