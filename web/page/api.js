@@ -72,8 +72,8 @@ export const cameraPath = (id, rest) => `api/v1/cameras/${encodeURIComponent(id)
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 const visible = () => document.hidden ? new Promise((done) => document.addEventListener("visibilitychange", done, {once: true})) : null;
 
-/** Asks `work` every `ms` while the page is visible and the component is there: {value, error, again}. `key`: what the question
- *  depends on; undefined: nothing is asked. After a refusal it asks again after at least five seconds. */
+/** Asks `work` every `ms` while the page is visible and the component is there: {value, error, again}; 0: until there is an answer. `key`:
+ *  what the question depends on; undefined: nothing is asked. After a refusal it asks again after at least five seconds. */
 export function useRepeated(work, ms, key) {
   const [state, setState] = useState({value: undefined, error: null, key});
   const latest = useRef(work), wake = useRef(null);
@@ -88,6 +88,7 @@ export function useRepeated(work, ms, key) {
         try {
           const value = await latest.current();
           if (on) setState({value, error: null, key});
+          if (!ms) return;
         } catch (error) {
           if (on) setState((before) => ({value: before.key === key ? before.value : undefined, error, key}));
           if (error.status === 401 || error.status === 429) return;

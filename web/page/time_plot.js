@@ -11,7 +11,7 @@ const isDecade = (us) => Math.abs(Math.log10(us) - Math.round(Math.log10(us))) <
 const known = (us) => us !== null && us !== undefined && !Number.isNaN(us);
 
 let library = null; // loaded with the first plot: other screens do without
-const loaded = () => library ??= import("./vendor/uplot.js").then((module) => module.default);
+const loaded = () => library ??= import("./vendor/uplot.js").then((module) => module.default, (error) => { library = null; throw error; });
 
 /** Decades that hold all of [least, most]. */
 const decades = (least, most) => {

@@ -8,7 +8,7 @@ import {SpanTable, TimePlot} from "./time_plot.js";
 import {countsSince, histogramSince, markOf, rowsSince, useMark} from "./timing_marks.js";
 import {WorstFrames, between} from "./timing_worst.js";
 
-const PERIOD_MS = 1000, ONCE_MS = 3600000, MOST = 600, AT_ONCE = 256;
+const PERIOD_MS = 1000, MOST = 600, AT_ONCE = 256;
 const STAGES = [["trigger seen", "seen_ns"], ["pose taken", "pose_ns"], ["rendered", "render_end_ns"], ["detected", "detector_end_ns"], ["first row", "first_ns"], ["last row", "last_ns"]];
 const COUNTED = {trigger_to_first_row: "Trigger to first row", trigger_to_last_row: "Trigger to last row", release_lateness: "Release lateness"};
 /** The newest frames of the latest acquisition: {columns, rows}. `last` counts the frames of all acquisitions, since ids begin anew. */
@@ -58,7 +58,7 @@ export function traceOf({columns, rows}) {
 
 /** Row lateness of a frame that was chosen in a plot or among the worst ones. */
 function RowsOf({camera, frame, choose}) {
-  const {value, error} = useRepeated(() => askJson(cameraPath(camera.id, `timing/rows?frame=${frame}`)), ONCE_MS, frame);
+  const {value, error} = useRepeated(() => askJson(cameraPath(camera.id, `timing/rows?frame=${frame}`)), 0, frame);
   const us = value?.lateness_us ?? [], left = us.filter((one) => one !== null);
   const latest = left.length ? us.indexOf(left.reduce((a, b) => Math.max(a, b))) : null;
   return html`<section class="panel" aria-labelledby="t-of"><div class="headed"><h2 id="t-of">Rows of frame ${frame}, after their times</h2><button onClick=${() => choose(null)}>close</button></div>
