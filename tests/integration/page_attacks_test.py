@@ -19,18 +19,12 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import browser  # noqa: E402
 import web_server  # noqa: E402
+from checks import check, failures  # noqa: E402
 
 if why := browser.missing():
     print(f"skipped: {why}")
     sys.exit(77)
 web = sys.argv[1]
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)[:2000]}", flush=True)
-    if not good:
-        failures.append(what)
 
 
 class OtherSite(http.server.BaseHTTPRequestHandler):

@@ -22,16 +22,10 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from children import Child  # noqa: E402
+from checks import check, failures  # noqa: E402
 
 obscurad, obscura, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 60  # a busy machine, a sanitizer
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
-    if not good:
-        failures.append(what)
 
 
 def ask(*arguments):

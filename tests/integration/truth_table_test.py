@@ -14,14 +14,10 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from checks import check, failures  # noqa: E402
+
 obscura = sys.argv[1]
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
-    if not good:
-        failures.append(what)
 
 
 def run(arguments, folder, status=0):

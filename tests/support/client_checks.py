@@ -18,15 +18,9 @@ obscura, source = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolv
 sys.path.insert(0, str(source / "clients" / "python"))
 os.environ["OBSCURA"] = obscura
 import obscura_client  # noqa: E402
+from checks import check, failures  # noqa: E402
 
 PATIENCE_S = 120  # a busy machine, a sanitizer
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
-    if not good:
-        failures.append(what)
 
 
 def check_near(what, got, wanted, limit):

@@ -14,6 +14,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from checks import check, failures  # noqa: E402
+
 folder = pathlib.Path(sys.argv[1]).resolve() / "config/monitoring"
 rules = folder / "alerts.yml"
 if not shutil.which("promtool"):
@@ -24,13 +27,6 @@ AT = "10m"
 OF = {"config": "/etc/obscura/obscurad.toml", "camera": "0", "instance": "bench:8420", "job": "obscura"}
 SERVER = {"instance": "bench:8420", "job": "obscura"}
 DAEMON = {"config": "/etc/obscura/obscurad.toml"} | SERVER
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
-    if not good:
-        failures.append(what)
 
 
 def promtool(*arguments):
