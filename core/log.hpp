@@ -35,7 +35,8 @@ void set_log_level(LogLevel level) noexcept;
 void log_line(LogLevel level, std::string_view text, std::string_view message);
 
 /// An entry in the native format (https://systemd.io/JOURNAL_NATIVE_PROTOCOL): MESSAGE, PRIORITY, MESSAGE_ID,
-/// OBSCURA_PART (first word of `text`), OBSCURA_CAMERA and OBSCURA_FRAME (if `message` has these fields).
+/// SYSLOG_IDENTIFIER (the program), OBSCURA_PART (first word of `text`), OBSCURA_CAMERA and OBSCURA_FRAME (if
+/// `message` has these fields).
 [[nodiscard]] std::string journal_entry(LogLevel level, std::string_view text, std::string_view message);
 /// MESSAGE_ID of a message: 32 hexadecimal digits, FNV-1a of 128 bits of the message with "\u2026" for each
 /// field, which is how the table of messages and the catalogue made from it (systemd/obscura.catalog) have

@@ -72,8 +72,9 @@ tools::CommandLine declare(Options& options) {
     line.option("--allow", &options.allow, "LIST",
                 "Other machines that may come, like 192.168.7.20,192.168.8.0/24: with it the ports may be of "
                 "other addresses than the loopback interface's");
-    line.flag("--insecure", options.insecure,
-              "Allow those addresses without a list: whoever can reach them may do what they allow");
+    line.flag(
+        "--insecure", options.insecure,
+        "Allow those addresses without a list: every client that can reach them may do what they allow");
     line.option("--describe", &options.describe, "WHAT", "Print a description and end").choices = {
         "scpi", "packets", "xtce", "cosmos-telemetry", "cosmos-commands"};
     line.flag("--version", options.version, "Print the version and end");

@@ -437,7 +437,8 @@ std::optional<Response> CameraJobs::irradiance(State& state) {
         std::uint64_t frame = 0;
         if (request.frame) {
             const auto kept = frames_->find(camera, *request.frame);
-            if (!kept) throw Refusal(404, "gone", "this frame is not kept: nobody has looked at it lately");
+            if (!kept)
+                throw Refusal(404, "gone", "this frame is not kept: no viewer or request has had it lately");
             frame = kept->head.value("frame", std::uint64_t{0});
         }
         state.running =

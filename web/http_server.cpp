@@ -71,7 +71,7 @@ tcp::endpoint endpoint_of(const std::string& address) {
 
 /// Has a client's bytes wait here rather than in the system, where they would be old before they leave, and
 /// behind those of cameras on the same interface. Without effect on sockets that are not of TCP.
-void keep_back(int socket) {
+void set_bulk_transfer(int socket) {
     constexpr int unsent_bytes = 16 << 10, bulk = 2; // TC_PRIO_BULK
     ::setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
     ::setsockopt(socket, SOL_SOCKET, SO_PRIORITY, &bulk, sizeof bulk);
@@ -460,7 +460,7 @@ private:
         const tcp::endpoint peer = socket.remote_endpoint(error);
         if (error) return;
         socket.set_option(tcp::no_delay(true), error);
-        keep_back(socket.native_handle());
+        set_bulk_transfer(socket.native_handle());
         std::string address = peer.address().to_string();
         const auto same = shared_->of_address.find(address);
         const std::size_t of_same = same == shared_->of_address.end() ? 0 : same->second;

@@ -104,8 +104,7 @@ constexpr std::array all_routes{
     Route{Answers::alive, "GET", "/livez", "alive", {}, "200 while this process answers", text_type},
     Route{Answers::ready, "GET", "/readyz", "ready", Role::viewer,
           "200 if every daemon answers and each camera is on time or idle, with its clock and its files, "
-          "else 503; the "
-          "checks",
+          "else 503; the checks",
           json_type, "Ready"},
     Route{Answers::metrics, "GET", "/metrics", "metrics", Role::viewer,
           "Metrics in the text format of Prometheus", "text/plain; version=0.0.4; charset=utf-8"},
@@ -280,8 +279,7 @@ constexpr std::array all_routes{
           "configuration.set",
           Role::admin,
           "Changes values that a reload can change, given as tables of the file, {\"trigger\": {\"rate_hz\": "
-          "20}}: all or "
-          "none; the file stays as it is, and the next reload returns to it",
+          "20}}: all or none; the file stays as it is, and the next reload returns to it",
           json_type,
           "Changed",
           {},
@@ -366,8 +364,7 @@ constexpr std::array all_routes{
           picture_query},
     Route{Answers::frame_exr, "GET", "/api/v1/cameras/{camera}/frames/latest.exr", "frame.exr", Role::viewer,
           "Irradiance of the newest frame, W/m2 at the entrance pupil, one channel a spectral band: rendered "
-          "again "
-          "without a detector, one frame at a time, which takes seconds",
+          "again without a detector, one frame at a time, which takes seconds",
           exr_type},
     Route{Answers::frame_exr, "GET", "/api/v1/cameras/{camera}/frames/{frame}.exr", "frame.id.exr",
           Role::viewer, "The same of that frame, while its daemon keeps it: one of the newest four",

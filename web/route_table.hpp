@@ -93,8 +93,7 @@ struct Route {
     Answers answers;
     std::string_view method; ///< HEAD goes where GET goes
     /// "{camera}" stands for the id of a camera, or its number where one daemon runs, "{feature}" for a name
-    /// of SFNC,
-    /// "{frame}" for the id of a frame, digits.
+    /// of SFNC, "{frame}" for the id of a frame, digits.
     std::string_view path;
     std::string_view id;      ///< of the operation, also in the record of changes
     std::optional<Role> role; ///< none: open to all

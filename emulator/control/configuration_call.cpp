@@ -85,8 +85,8 @@ service::Calls configuration_calls(SceneRequests& requests,
     service::Call set = service::call<Values>(
         set_configuration_name, service::Permission::admin,
         "Changes values of the configuration in use from the next frame on, all that are given or none: "
-        "those that a "
-        "reload can change, except scene.file. The file stays as it is, and the next reload returns to it.",
+        "those that a reload "
+        "can change, except scene.file. The file stays as it is, and the next reload returns to it.",
         [&requests, answer = std::move(answer)](const Values& wanted, service::Work& work) {
             if (!wanted.values.is_object() || wanted.values.empty())
                 throw service::bad_argument("values",

@@ -205,9 +205,8 @@ service::Call irradiance_call(const CameraCalls::Cameras& cameras, PixelProbes& 
     service::Call call = service::call<FrameArguments>(
         "irradiance", service::Permission::view,
         "Renders all pixels of a frame again, without a detector: at full quality, with the scene and the "
-        "poses of "
-        "that "
-        "frame at the times of its rows, on the thread of `probe`, which is of idle priority. Takes seconds.",
+        "poses of that frame at the times of its rows, on the thread of `probe`, which is of idle priority. "
+        "Takes seconds.",
         [&cameras, &probes, source = std::move(source)](const FrameArguments& arguments, Work& work) {
             return irradiance(cameras, probes, source, arguments, work);
         });

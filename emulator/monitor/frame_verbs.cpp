@@ -75,7 +75,7 @@ std::vector<MonitorVerb> frame_verbs(std::vector<transports::WatchTransport*> ca
     const auto all = std::make_shared<const Cameras>(std::move(cameras));
     return {
         monitor_verb<Chosen>(
-            "ring", "Hands over the memory of a camera's newest frames, and an event that tells of each",
+            "ring", "Passes the memory of a camera's newest frames, and an eventfd that each of them signals",
             results(),
             [all](const Chosen& chosen) {
                 transports::WatchTransport& watch = watched(*all, chosen);

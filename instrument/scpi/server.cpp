@@ -111,15 +111,15 @@ void ScpiServer::serve(Client& client) const {
     }
 }
 
-std::size_t ScpiServer::onlookers() const {
+std::size_t ScpiServer::read_only_clients() const {
     return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(),
                                                   [](const auto& client) { return !client->may_change; }));
 }
 
-void ScpiServer::make_room(bool of_onlookers) {
+void ScpiServer::make_room(bool of_read_only) {
     auto longest = clients_.end();
     for (auto client = clients_.begin(); client != clients_.end(); ++client)
-        if ((!of_onlookers || !(*client)->may_change) &&
+        if ((!of_read_only || !(*client)->may_change) &&
             (longest == clients_.end() || (*client)->heard.load() < (*longest)->heard.load()))
             longest = client;
     if (longest == clients_.end() || Clock::now() - (*longest)->heard.load() < limits_.idle) return;
@@ -137,9 +137,9 @@ void ScpiServer::accept(const ScpiPort& port) {
     }
     if (!admission_.admits_peer(socket.get(), "SCPI")) return; // closes it
     bury(false);
-    // Those that only look on leave places for who commands.
-    if (!port.may_change && onlookers() >= limits_.onlookers) make_room(true);
-    if (!port.may_change && onlookers() >= limits_.onlookers) return;
+    // Clients of ports for queries leave places for those that command.
+    if (!port.may_change && read_only_clients() >= limits_.read_only) make_room(true);
+    if (!port.may_change && read_only_clients() >= limits_.read_only) return;
     if (clients_.size() >= limits_.clients) make_room(false);
     if (clients_.size() >= limits_.clients) return;
     watch_peer(socket.get());

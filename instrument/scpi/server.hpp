@@ -21,7 +21,7 @@ namespace obscura::instrument {
 
 /// What the server grants.
 struct ScpiLimits {
-    std::size_t onlookers = 6;             ///< of the clients: those of ports for queries only
+    std::size_t read_only = 6;             ///< of the clients: those of ports for queries only
     std::size_t clients = 8;               ///< at a time, over all ports
     std::size_t line_bytes = 4096;         ///< of a message; longer ones are thrown away and reported
     std::size_t thrown_away_bytes = 65536; ///< of such a line, after which the connection ends
@@ -62,9 +62,9 @@ private:
     void accept(const ScpiPort& port);
     void serve(Client& client) const;
     /// Ends the client that has been silent for longest, if that is longer than the limit.
-    /// `of_onlookers`: one that may not change cameras.
-    void make_room(bool of_onlookers);
-    [[nodiscard]] std::size_t onlookers() const;
+    /// `of_read_only`: one that may not change cameras.
+    void make_room(bool of_read_only);
+    [[nodiscard]] std::size_t read_only_clients() const;
     /// Joins the clients that are done, or all.
     void bury(bool all);
 

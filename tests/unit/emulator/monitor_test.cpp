@@ -277,7 +277,7 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
     CHECK(asked(9));
 }
 
-TEST_CASE("connections on which nothing is asked keep nobody out for long", "[emulator]") {
+TEST_CASE("idle connections do not keep others out for long", "[emulator]") {
     const test::TempFolder folder;
     MonitorSocket server(folder.path() / "one.socket", echo);
     server.start();
@@ -290,7 +290,7 @@ TEST_CASE("connections on which nothing is asked keep nobody out for long", "[em
         return ::recv(client.get(), answer, sizeof answer, MSG_DONTWAIT) > 0;
     };
     CHECK(asks(watcher));
-    // As many as are served, twice as many wait; then somebody asks.
+    // As many as are served, twice as many wait; then another one asks.
     std::vector<FileDescriptor> crowd;
     const auto connect = [&](std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {

@@ -106,7 +106,7 @@ TEST_CASE("files of the page are there zipped, and smaller", "[web]") {
     for (const PageFile& file : page_files()) {
         CHECK(unzipped(file.zipped, file.bytes.size()) == file.bytes);
         CHECK(file.hash.size() == 16);
-        // The meaning of messages is fetched where somebody looks at the log.
+        // The meaning of messages is fetched by the screen System only.
         if (file.path != "/messages.txt") zipped += file.zipped.size();
         if (file.path == "/")
             CHECK(file.bytes.find(std::string(page_version()) + "/page.js") != std::string_view::npos);
