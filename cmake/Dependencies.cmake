@@ -28,7 +28,7 @@ pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(CRYPTO REQUIRED IMPORTED_TARGET libcrypto)
 pkg_check_modules(SSL REQUIRED IMPORTED_TARGET libssl)
-# 1.6 (Debian 12) or 2.x (Debian 13); sync/gpio_input.cpp hides the difference.
+# 1.6 (Debian 12) or 2.x (Debian 13); sync/inputs/gpio_input.cpp hides the difference.
 pkg_check_modules(GPIOD REQUIRED IMPORTED_TARGET libgpiod)
 pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
 

@@ -30,6 +30,12 @@ check_cxx_compiler_flag(-Wdangling-reference OBSCURA_HAS_DANGLING_REFERENCE)
 if(OBSCURA_HAS_DANGLING_REFERENCE)
     target_compile_options(obscura_options INTERFACE $<BUILD_INTERFACE:-Wno-dangling-reference>)
 endif()
+# Several source files are one unit then: a name of one shadows none of another, and GCC takes types of anonymous namespaces
+# for those of a header. The presets debug and tidy compile each file alone, with both warnings.
+if(CMAKE_UNITY_BUILD)
+    target_compile_options(obscura_options INTERFACE
+        $<BUILD_INTERFACE:-Wno-shadow;$<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>>)
+endif()
 if(OBSCURA_WERROR)
     target_compile_options(obscura_options INTERFACE "$<BUILD_INTERFACE:-Werror>")
 endif()

@@ -3,7 +3,7 @@
 #include "config/document.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

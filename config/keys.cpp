@@ -4,7 +4,7 @@
 #include "config/toml_text.hpp"
 #include "core/error.hpp"
 #include "core/overloaded.hpp"
-#include "core/suggestion.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 

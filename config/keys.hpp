@@ -3,10 +3,10 @@
 #pragma once
 
 #include "config/document.hpp"
-#include "core/enum_names.hpp"
 #include "core/error.hpp"
 #include "core/geometry.hpp"
 #include "core/spectral_band.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -119,7 +119,7 @@ private:
 [[nodiscard]] inline Key key(std::string_view name, Target target) {
     return {name, std::move(target)};
 }
-/// A key whose choices are the names of an enumeration (core/enum_names.hpp).
+/// A key whose choices are the names of an enumeration (core/text/enum_names.hpp).
 template<NamedEnum Enum>
 [[nodiscard]] Key key(std::string_view name, Enum* target) {
     const auto set = [target](std::string_view word) {

@@ -3,7 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
-#include "core/suggestion.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 

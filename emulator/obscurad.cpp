@@ -3,16 +3,16 @@
 #include "core/capabilities.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "core/memory_budget.hpp"
-#include "core/terminal_text.hpp"
+#include "core/io/memory_budget.hpp"
+#include "core/realtime/log.hpp"
+#include "core/text/terminal_text.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/control/call_server.hpp"
 #include "emulator/control/configuration_call.hpp"
-#include "emulator/daemon.hpp"
+#include "emulator/daemon/daemon.hpp"
 #include "emulator/monitor/monitor.hpp"
-#include "emulator/service_notify.hpp"
 #include "emulator/version.hpp"
+#include "host/service_notify.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -84,15 +84,15 @@ bool load_tiles(emulator::Daemon& daemon) {
         if (const Time now = clock.now(); now >= next) {
             const int percent = static_cast<int>(100 * share);
             log_info("tiles: {} % of those for the first frame", percent);
-            emulator::notify_service_manager(fmt::format("STATUS=making tiles, {} %\nWATCHDOG=1\n"
-                                                         "EXTEND_TIMEOUT_USEC={}",
-                                                         percent, 4 * between_ns / ns_per_us));
+            host::notify_service_manager(fmt::format("STATUS=making tiles, {} %\nWATCHDOG=1\n"
+                                                     "EXTEND_TIMEOUT_USEC={}",
+                                                     percent, 4 * between_ns / ns_per_us));
             next = now + between_ns;
             told = true;
         }
         return !stop_is_pending();
     });
-    if (told) emulator::notify_service_manager("STATUS=");
+    if (told) host::notify_service_manager("STATUS=");
     return made;
 }
 
@@ -102,7 +102,7 @@ bool load_tiles(emulator::Daemon& daemon) {
 std::string reload(emulator::Daemon& daemon, const std::function<emulator::DaemonConfig()>& make,
                    std::string_view by, std::string_view what, const std::function<bool()>& meanwhile) {
     std::string why;
-    emulator::notify_service_manager(
+    host::notify_service_manager(
         fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicClock().now().ns / ns_per_us));
     try {
         const emulator::DaemonConfig next = make();
@@ -119,7 +119,7 @@ std::string reload(emulator::Daemon& daemon, const std::function<emulator::Daemo
         why = e.what();
     }
     if (!why.empty()) log_error("{}: nothing changed: {}", by, why);
-    emulator::notify_service_manager("READY=1");
+    host::notify_service_manager("READY=1");
     return why;
 }
 
@@ -136,7 +136,7 @@ void write_statistics(const emulator::Daemon& daemon, const std::string& file) {
 void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallServer& calls,
            const sigset_t& signals, const Options& options) {
     const MonotonicClock clock;
-    const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
+    const std::int64_t watchdog_ns = host::watchdog_interval_ns();
     Time next_beat = clock.now();
     const auto between_statistics_ns =
         static_cast<std::int64_t>(options.statistics_interval_s * static_cast<double>(ns_per_s));
@@ -148,7 +148,7 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallS
         // Notify the watchdog after a third of its interval, so that one notification may be lost; withhold
         // it when a thread hangs.
         if (watchdog_ns > 0 && clock.now() >= next_beat && daemon.alive()) {
-            emulator::notify_service_manager("WATCHDOG=1");
+            host::notify_service_manager("WATCHDOG=1");
             next_beat = clock.now() + watchdog_ns / 3;
         }
     };
@@ -253,11 +253,11 @@ int run(const Options& options) {
     std::fputs(ready.c_str(), stdout);
     std::fflush(stdout);
     if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
-    emulator::notify_service_manager("READY=1");
+    host::notify_service_manager("READY=1");
 
     serve(daemon, monitor, calls, signals, options);
 
-    emulator::notify_service_manager("STOPPING=1");
+    host::notify_service_manager("STOPPING=1");
     calls.stop();
     daemon.stop();
     log_line(LogLevel::notice, daemon.summary(), "COUNTERS");

@@ -2,8 +2,8 @@
 #include "images/image.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/input_file.hpp"
+#include "core/io/memory_budget.hpp"
 
 #include <fmt/format.h>
 

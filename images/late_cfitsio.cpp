@@ -4,7 +4,7 @@
 // it spends half of its start-up on loading them. Linked into `obscurad` only, before cfitsio, so that
 // cfitsio itself is not needed; a function missing here makes it needed again, and the test `late_libraries`
 // fails.
-#include "core/late_library.hpp"
+#include "core/io/late_library.hpp"
 
 #include <fitsio.h>
 

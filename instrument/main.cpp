@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Main program obscura-instrument: the cameras of a daemon as an instrument of a test bench.
-#include "core/address_range.hpp"
 #include "core/error.hpp"
-#include "core/terminal_text.hpp"
-#include "emulator/service_notify.hpp"
-#include "instrument/admission.hpp"
-#include "instrument/daemon_finder.hpp"
+#include "core/io/address_range.hpp"
+#include "core/text/terminal_text.hpp"
+#include "host/command_line.hpp"
+#include "host/interrupt.hpp"
+#include "host/service_notify.hpp"
+#include "instrument/link/admission.hpp"
+#include "instrument/link/daemon_finder.hpp"
 #include "instrument/lxi/server.hpp"
 #include "instrument/packets/descriptions.hpp"
 #include "instrument/packets/service.hpp"
 #include "instrument/scpi/reference.hpp"
 #include "instrument/scpi/server.hpp"
-#include "tools/support/command_line.hpp"
-#include "tools/support/interrupt.hpp"
 
 #include <fmt/format.h>
 
@@ -43,8 +43,8 @@ struct Options {
     bool insecure = false, version = false;
 };
 
-tools::CommandLine declare(Options& options) {
-    tools::CommandLine line;
+host::CommandLine declare(Options& options) {
+    host::CommandLine line;
     line.program = "";
     line.summary = "lets test benches command the cameras of a daemon by SCPI and space packets";
     line.description =
@@ -104,7 +104,7 @@ Admission admission_of(const Options& options) {
         if (allowed.empty() && !options.allow.empty()) throw ConfigError("it names no address");
         return Admission(std::move(allowed));
     } catch (const ConfigError& error) {
-        throw tools::UsageError(fmt::format("obscura-instrument: --allow: {}", error.what()));
+        throw host::UsageError(fmt::format("obscura-instrument: --allow: {}", error.what()));
     }
 }
 
@@ -140,20 +140,20 @@ int serve(const Options& options) {
             fmt::print("telecommands {}\n", packets->telecommand_address());
     }
     if (ports.empty() && !packets)
-        throw tools::UsageError("obscura-instrument: --scpi off: nothing is left to do");
+        throw host::UsageError("obscura-instrument: --scpi off: nothing is left to do");
     std::fflush(stdout);
     ScpiServer server(ScpiLimits{}, options.daemon, OBSCURA_VERSION, std::move(ports), admission);
     std::vector<std::jthread> others; // they end with this function, however it ends
     const auto beside = [&others](auto& service) {
         others.emplace_back([&service](const std::stop_token& stop) {
-            service.run([&stop] { return stop.stop_requested() || tools::interrupted(); });
+            service.run([&stop] { return stop.stop_requested() || host::interrupted(); });
         });
     };
     if (packets) beside(*packets);
     if (lxi) beside(*lxi);
-    emulator::notify_service_manager("READY=1");
-    server.run(tools::interrupted);
-    emulator::notify_service_manager("STOPPING=1");
+    host::notify_service_manager("READY=1");
+    server.run(host::interrupted);
+    host::notify_service_manager("STOPPING=1");
     return exit_ok;
 }
 
@@ -178,9 +178,9 @@ int run(const std::vector<std::string>& arguments) {
         return exit_ok;
     }
     if (!options.socket.empty() && !options.daemon.address.empty())
-        throw tools::UsageError("obscura-instrument: --control excludes --socket");
+        throw host::UsageError("obscura-instrument: --control excludes --socket");
     options.daemon.find = [socket = options.socket] { return find_calls(socket); };
-    tools::catch_interrupts();
+    host::catch_interrupts();
     return serve(options);
 }
 

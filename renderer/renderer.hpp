@@ -7,10 +7,10 @@
 // spectral band; where nothing is, exactly 0. The sum over a star's pixels is the star's irradiance.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/frame_quality.hpp"
+#include "core/camera/frame.hpp"
+#include "core/camera/frame_quality.hpp"
+#include "core/camera/region.hpp"
 #include "core/geometry.hpp"
-#include "core/region.hpp"
 #include "core/time.hpp"
 #include "renderer/integrators/aovs.hpp"
 #include "renderer/render_work.hpp"

@@ -2,8 +2,8 @@
 // Sensor description: readout timing and detector parameters as plain data, as read from a sensor file.
 #pragma once
 
-#include "core/enum_names.hpp"
 #include "core/spectral_band.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #include "sensors/fits_map.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>

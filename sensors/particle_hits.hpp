@@ -2,7 +2,7 @@
 // Particle hits (cosmic rays, protons): position, time and charge of their tracks.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "core/time.hpp"
 #include "sensors/description.hpp"
 #include "sensors/kernels.hpp"

@@ -13,7 +13,7 @@
 namespace obscura::sensors {
 namespace {
 
-std::vector<double> normals(Effect effect, std::uint64_t seed, std::size_t n) {
+std::vector<double> pattern_normals(Effect effect, std::uint64_t seed, std::size_t n) {
     std::vector<float> z0(n + kernels::padding), z1(n + kernels::padding);
     kernels::normal_row(n, stream_of(effect, seed, 0, 0), z0.data(), z1.data());
     return {z0.begin(), z0.begin() + static_cast<std::ptrdiff_t>(n)};
@@ -81,12 +81,12 @@ public:
             bowl.row[y] = -(at - y0) * (at - y0);
             gradient.row[y] = at * std::sin(angle);
         }
-        columns.column = normals(Effect::response_columns, seed, width_);
+        columns.column = pattern_normals(Effect::response_columns, seed, width_);
         smooth_.add(std::move(bowl), s.prnu_bowl_weight);
         smooth_.add(std::move(gradient), s.prnu_gradient_weight);
         smooth_.add(std::move(columns), s.prnu_column_weight);
         if (fields_.size() > 1) {
-            fields_ = normals(Effect::response_fields, seed, fields_.size());
+            fields_ = pattern_normals(Effect::response_fields, seed, fields_.size());
             scale(fields_, s.prnu_stitching_weight / std::sqrt(std::max(centre(fields_), 1e-30)));
         }
 

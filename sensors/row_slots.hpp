@@ -2,7 +2,7 @@
 // Line loop of a rolling shutter: a cycle of row slots that repeats without end in both directions.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "sensors/description.hpp"
 
 #include <array>

@@ -3,8 +3,8 @@
 // Read this header first.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/region.hpp"
+#include "core/camera/frame.hpp"
+#include "core/camera/region.hpp"
 #include "core/spectral_band.hpp"
 #include "core/time.hpp"
 #include "sensors/description.hpp"

@@ -2,7 +2,7 @@
 #include "sensors/sensor_file.hpp"
 
 #include "config/shipped_files.hpp"
-#include "core/pixel_pitch.hpp"
+#include "core/camera/pixel_pitch.hpp"
 #include "sensors/response_pattern.hpp"
 
 #include <fmt/format.h>

@@ -2,7 +2,7 @@
 // Arrays of messages: values with name and shape, and the codecs that they are sent with.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstddef>

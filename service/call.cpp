@@ -2,7 +2,7 @@
 #include "service/call.hpp"
 
 #include "config/section.hpp"
-#include "core/suggestion.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 

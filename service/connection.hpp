@@ -2,8 +2,8 @@
 // Connection of one client: messages in and out, and threads that run its calls.
 #pragma once
 
-#include "core/file_descriptor.hpp"
-#include "core/stack_thread.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "core/realtime/stack_thread.hpp"
 #include "service/limits.hpp"
 #include "service/message.hpp"
 #include "service/outbox.hpp"

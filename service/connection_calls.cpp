@@ -2,7 +2,7 @@
 // The calls that every connection has.
 #include "core/error.hpp"
 #include "core/fnv.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/memory_budget.hpp"
 #include "service/connection.hpp"
 #include "service/failure.hpp"
 

@@ -2,7 +2,7 @@
 // Error answer of a call: code, message, field, allowed values and hint.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

@@ -2,7 +2,7 @@
 // Listening sockets, TCP and Unix.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/permission.hpp"
 
 #include <sys/types.h>

@@ -2,7 +2,7 @@
 // Connection of a client as the server sees it, whatever it speaks.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/listener.hpp"
 
 #include <chrono>

@@ -2,7 +2,7 @@
 // Permissions of a connection, each with those before it.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

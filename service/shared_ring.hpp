@@ -2,7 +2,7 @@
 // Ring of slots in shared memory, which takes the arrays of answers to a client on the same machine.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/array.hpp"
 
 #include <cstddef>

@@ -2,8 +2,8 @@
 #include "service/tokens.hpp"
 
 #include "core/error.hpp"
-#include "core/file_descriptor.hpp"
-#include "core/random_bytes.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "core/io/random_bytes.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -2,8 +2,8 @@
 #include "sync/edge_trigger.hpp"
 
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/log.hpp"
+#include "core/realtime/realtime.hpp"
 
 #include <array>
 #include <chrono>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/clock.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 #include "sync/edge_input.hpp"
 #include "sync/sync.hpp"
 

@@ -2,7 +2,7 @@
 // Reasons for which edges are missed, and how many were for each.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstddef>

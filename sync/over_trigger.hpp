@@ -2,7 +2,7 @@
 // Over-trigger policy: handling of edges that come before the camera is ready.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

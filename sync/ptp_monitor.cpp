@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sync/ptp_monitor.hpp"
 
-#include "core/log.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/log.hpp"
+#include "core/realtime/realtime.hpp"
 #include "sync/ptp_management.hpp"
 
 #include <poll.h>

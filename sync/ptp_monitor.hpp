@@ -2,8 +2,8 @@
 // Monitor of ptp4l on this machine: polls its clock state over the management socket.
 #pragma once
 
-#include "core/heartbeat.hpp"
 #include "core/ptp_status.hpp"
+#include "core/realtime/heartbeat.hpp"
 
 #include <atomic>
 #include <condition_variable>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "config/section.hpp"
-#include "core/trigger.hpp"
+#include "core/camera/trigger.hpp"
 #include "sync/over_trigger.hpp"
 #include "sync/registry.hpp"
 #include "sync/schedule.hpp"

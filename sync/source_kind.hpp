@@ -3,9 +3,9 @@
 #pragma once
 
 #include "config/keys.hpp"
+#include "core/camera/trigger.hpp"
 #include "core/clock.hpp"
-#include "core/realtime.hpp"
-#include "core/trigger.hpp"
+#include "core/realtime/realtime.hpp"
 #include "sync/sync.hpp"
 
 #include <cstdint>

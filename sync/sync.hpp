@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/clock_state.hpp"
-#include "core/heartbeat.hpp"
+#include "core/realtime/heartbeat.hpp"
 #include "core/time.hpp"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sync/timer.hpp"
 
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Main program of `obscura VERB`, the command line beside the daemon.
-#include "core/suggestion.hpp"
-#include "core/terminal_text.hpp"
-#include "tools/support/interrupt.hpp"
+#include "core/text/suggestion.hpp"
+#include "core/text/terminal_text.hpp"
+#include "host/interrupt.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ std::string list_of(std::string_view beginning) {
         if (entry.name.rfind(beginning, 0) == 0) width = std::max(width, entry.name.size());
     for (const VerbEntry& entry : verbs()) {
         if (entry.name.rfind(beginning, 0) != 0) continue;
-        CommandLine line;
+        host::CommandLine line;
         entry.make()->declare(line);
         out += fmt::format("  {:<{}}  {}\n", entry.name, width, line.summary);
     }
@@ -65,8 +65,8 @@ void print_help() {
 }
 
 int run(const std::vector<std::string>& arguments) {
-    if (arguments.empty()) throw UsageError("obscura: a verb is missing (try: obscura --help)");
-    catch_interrupts();
+    if (arguments.empty()) throw host::UsageError("obscura: a verb is missing (try: obscura --help)");
+    host::catch_interrupts();
     std::string verb = arguments.front();
     std::size_t words = 1;
     // A verb of two words, as "import stars", goes before the one of the first word.
@@ -90,7 +90,7 @@ int run(const std::vector<std::string>& arguments) {
         known.push_back(entry.name);
         if (entry.name != verb) continue;
         const std::unique_ptr<Verb> made = entry.make();
-        CommandLine line;
+        host::CommandLine line;
         made->declare(line);
         if (!line.parse(verb, {arguments.begin() + static_cast<std::ptrdiff_t>(words), arguments.end()}))
             return exit_ok;
@@ -106,9 +106,9 @@ int run(const std::vector<std::string>& arguments) {
         return exit_ok;
     }
     if (!second.empty())
-        throw UsageError(fmt::format(
+        throw host::UsageError(fmt::format(
             "obscura {}: a second word is missing, allowed {} (try: obscura {} --help)", word, second, word));
-    throw UsageError(
+    throw host::UsageError(
         fmt::format("obscura: unknown verb \"{}\", {} (try: obscura --help)", word, suggestion(word, known)));
 }
 

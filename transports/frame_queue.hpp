@@ -2,7 +2,7 @@
 // Lock-free single-producer, single-consumer queue of frames, from the pipeline thread to a transport thread.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 
 #include <algorithm>
 #include <atomic>

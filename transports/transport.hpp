@@ -2,8 +2,8 @@
 // Transport interface: sends frames to the outside world while their rows are produced. Read this first.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/heartbeat.hpp"
+#include "core/camera/frame.hpp"
+#include "core/realtime/heartbeat.hpp"
 #include "core/time.hpp"
 
 #include <cstddef>

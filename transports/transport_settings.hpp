@@ -3,10 +3,10 @@
 #pragma once
 
 #include "config/section.hpp"
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
 #include "core/clock.hpp"
 #include "core/ptp_status.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 #include "transports/control_listener.hpp"
 #include "transports/transport.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/http_request.hpp"
 
-#include "web/access.hpp"
-#include "web/routes.hpp"
+#include "web/api/routes.hpp"
+#include "web/server/access.hpp"
 
 // Asio of Boost 1.74 needs it included before.
 #include <boost/asio/buffer.hpp>

@@ -2,7 +2,7 @@
 // Requests in the syntax of HTTP/1.1, within limits.
 #pragma once
 
-#include "web/message.hpp"
+#include "web/server/message.hpp"
 
 #include <boost/beast/core/error.hpp>
 #include <boost/beast/http/message.hpp>

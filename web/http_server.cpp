@@ -2,13 +2,13 @@
 #include "web/http_server.hpp"
 
 #include "core/error.hpp"
-#include "web/answer_writer.hpp"
 #include "web/http_request.hpp"
-#include "web/live_session.hpp"
-#include "web/mjpeg_session.hpp"
-#include "web/problem.hpp"
-#include "web/stream.hpp"
-#include "web/worker.hpp"
+#include "web/live/live_session.hpp"
+#include "web/live/mjpeg_session.hpp"
+#include "web/server/answer_writer.hpp"
+#include "web/server/problem.hpp"
+#include "web/server/stream.hpp"
+#include "web/server/worker.hpp"
 
 // Asio of Boost 1.74 needs it included before.
 #include <boost/asio/ip/tcp.hpp>

@@ -2,8 +2,8 @@
 // HTTP server with limits: one thread, Boost.Beast, answers of Routes.
 #pragma once
 
+#include "web/api/routes.hpp"
 #include "web/http_request.hpp"
-#include "web/routes.hpp"
 
 #include <cstdint>
 #include <functional>

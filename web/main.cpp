@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Main program obscura-web: page, metrics and events of the daemons of this machine over HTTP.
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "core/terminal_text.hpp"
-#include "emulator/monitor/monitor_paths.hpp"
-#include "emulator/service_notify.hpp"
-#include "tools/support/command_line.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/web_links.hpp"
-#include "web/daemon_watch.hpp"
+#include "core/realtime/log.hpp"
+#include "core/text/terminal_text.hpp"
+#include "host/command_line.hpp"
+#include "host/interrupt.hpp"
+#include "host/monitor_paths.hpp"
+#include "host/service_notify.hpp"
+#include "host/web_links.hpp"
+#include "web/api/openapi.hpp"
+#include "web/api/routes.hpp"
 #include "web/http_server.hpp"
-#include "web/link_file.hpp"
-#include "web/live_pictures.hpp"
-#include "web/openapi.hpp"
-#include "web/routes.hpp"
-#include "web/stream.hpp"
+#include "web/live/daemon_watch.hpp"
+#include "web/live/live_pictures.hpp"
+#include "web/server/link_file.hpp"
+#include "web/server/stream.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -51,8 +51,8 @@ struct Options {
     bool insecure = false, interface = false, version = false;
 };
 
-tools::CommandLine declare(Options& options) {
-    tools::CommandLine line;
+host::CommandLine declare(Options& options) {
+    host::CommandLine line;
     line.program = "";
     line.summary = "serves page, metrics and events of the cameras of this machine over HTTP";
     line.description = "Asks every daemon of this machine that this user may ask twice a second through its "
@@ -117,9 +117,9 @@ std::string link(const std::string& page, const std::string& token) {
 }
 
 int make_token(const Options& options) {
-    if (options.tokens.empty()) throw tools::UsageError("obscura-web: --new-token: --tokens FILE is wanted");
+    if (options.tokens.empty()) throw host::UsageError("obscura-web: --new-token: --tokens FILE is wanted");
     if (!options.name.empty() && !Tokens::is_name(options.name))
-        throw tools::UsageError(
+        throw host::UsageError(
             "obscura-web: --name: allowed are 1 to 32 letters, digits, \".\", \"_\" and \"-\"");
     const std::string token = Tokens::make();
     const mode_t before = ::umask(027);
@@ -189,12 +189,12 @@ std::vector<std::string> names_of(const Options& options, const std::vector<std:
 
 int serve(const Options& options) {
     if (options.certificate.empty() != options.key.empty())
-        throw tools::UsageError("obscura-web: --tls-certificate and --tls-key are wanted together");
+        throw host::UsageError("obscura-web: --tls-certificate and --tls-key are wanted together");
     const bool secure = !options.certificate.empty();
     const std::vector<std::string> addresses = addresses_of(options);
     for (const std::string& host : options.hosts)
         if (!OwnNames::is_name(host))
-            throw tools::UsageError(fmt::format(
+            throw host::UsageError(fmt::format(
                 "obscura-web: --host {}: allowed are NAME, NAME:PORT, and either after https:// or http://",
                 host));
     for (const std::string& address : addresses) {
@@ -227,17 +227,17 @@ int serve(const Options& options) {
                   watch);
     const std::string page =
         link(page_of(options, addresses.front(), fmt::format("{}", server.port())), token);
-    tools::remove_left_over_web_links();
-    const LinkFile file(emulator::own_monitor_folder(), page);
+    host::remove_left_over_web_links();
+    const LinkFile file(host::own_monitor_folder(), page);
     fmt::print("{}\n", page);
     std::fflush(stdout);
-    emulator::notify_service_manager("READY=1");
+    host::notify_service_manager("READY=1");
     SharedInterface shared(addresses);
     server.run(routes, watch, [&] {
         shared.look(*watch.latest());
-        return tools::interrupted();
+        return host::interrupted();
     });
-    emulator::notify_service_manager("STOPPING=1");
+    host::notify_service_manager("STOPPING=1");
     return exit_ok;
 }
 
@@ -253,7 +253,7 @@ int run(const std::vector<std::string>& arguments) {
         return exit_ok;
     }
     if (!options.new_token.empty()) return make_token(options);
-    tools::catch_interrupts();
+    host::catch_interrupts();
     return serve(options);
 }
 

@@ -71,7 +71,7 @@ foreach(entry IN LISTS FILES)
 endforeach()
 file(REMOVE "${OUTPUT}.gz" "${OUTPUT}.index.html" "${OUTPUT}.lighter")
 file(WRITE "${OUTPUT}" "// Made by page_bytes.cmake.
-#include \"web/page_files.hpp\"
+#include \"web/page/page_files.hpp\"
 
 namespace obscura::web {
 namespace {

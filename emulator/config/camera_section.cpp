@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/config/camera_section.hpp"
 
-#include "core/setting_ranges.hpp"
+#include "core/camera/setting_ranges.hpp"
 
 #include <fmt/format.h>
 

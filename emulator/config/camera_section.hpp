@@ -3,8 +3,8 @@
 #pragma once
 
 #include "config/section.hpp"
-#include "core/camera.hpp"
-#include "emulator/policies.hpp"
+#include "core/camera/camera.hpp"
+#include "emulator/render/policies.hpp"
 #include "sensors/description.hpp"
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
-#include "core/suggestion.hpp"
+#include "core/text/suggestion.hpp"
 #include "emulator/config/initial_camera.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene_files/scene_file.hpp"

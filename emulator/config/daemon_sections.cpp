@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/config/daemon_sections.hpp"
 
-#include "core/realtime.hpp"
-#include "emulator/monitor/monitor_paths.hpp"
-#include "sync/ipv4_endpoint.hpp"
+#include "core/realtime/realtime.hpp"
+#include "host/monitor_paths.hpp"
+#include "sync/inputs/ipv4_endpoint.hpp"
 
 #include <fmt/format.h>
 #include <netinet/in.h>
@@ -316,7 +316,7 @@ config::Section section_of(OutputsSection& s) {
 }
 
 bool MonitorSection::keeps_frames() const {
-    return frames && socket != no_monitor;
+    return frames && socket != host::no_monitor;
 }
 
 config::Section section_of(MonitorSection& s) {
@@ -332,11 +332,11 @@ config::Section section_of(MonitorSection& s) {
                   "memory for seven frames more of each camera"),
     };
     section.check = [&s](const config::ReadTable& table) {
-        if (s.socket == automatic_monitor || s.socket == no_monitor) return;
-        if (s.socket.empty() || s.socket.front() != '/' || s.socket.size() > longest_socket_path())
+        if (s.socket == host::automatic_monitor || s.socket == host::no_monitor) return;
+        if (s.socket.empty() || s.socket.front() != '/' || s.socket.size() > host::longest_socket_path())
             table.refuse("socket", fmt::format("\"{}\"; allowed are \"auto\", \"off\" and an absolute path "
                                                "of at most {} bytes",
-                                               s.socket, longest_socket_path()));
+                                               s.socket, host::longest_socket_path()));
     };
     return section;
 }
@@ -372,11 +372,11 @@ config::Section section_of(ControlSection& s) {
         if (!s.listen.empty())
             table.refuse_if_thrown("listen",
                                    [&s] { check_reach(s.listen, "127.0.0.1:5153", s.token_file.empty()); });
-        if (s.unix_socket.empty() || s.unix_socket == automatic_calls) return;
-        if (s.unix_socket.front() != '/' || s.unix_socket.size() > longest_socket_path())
+        if (s.unix_socket.empty() || s.unix_socket == host::automatic_calls) return;
+        if (s.unix_socket.front() != '/' || s.unix_socket.size() > host::longest_socket_path())
             table.refuse("unix_socket", fmt::format("\"{}\"; allowed are \"auto\" and an absolute path of at "
                                                     "most {} bytes",
-                                                    s.unix_socket, longest_socket_path()));
+                                                    s.unix_socket, host::longest_socket_path()));
     };
     return section;
 }

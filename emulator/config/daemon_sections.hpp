@@ -4,10 +4,10 @@
 #pragma once
 
 #include "config/section.hpp"
-#include "core/log.hpp"
-#include "emulator/policies.hpp"
-#include "emulator/render_scheduling.hpp"
-#include "emulator/scene_clock.hpp"
+#include "core/realtime/log.hpp"
+#include "emulator/camera/scene_clock.hpp"
+#include "emulator/render/policies.hpp"
+#include "emulator/render/render_scheduling.hpp"
 #include "service/permission.hpp"
 
 #include <array>

@@ -2,7 +2,7 @@
 // Settings and limits of a configured camera after reset.
 #pragma once
 
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
 #include "emulator/config/daemon_config.hpp"
 
 #include <cstddef>

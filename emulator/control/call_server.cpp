@@ -2,13 +2,13 @@
 #include "emulator/control/call_server.hpp"
 
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/log.hpp"
+#include "core/realtime/realtime.hpp"
 #include "emulator/control/configuration_call.hpp"
 #include "emulator/control/scene_tree.hpp"
-#include "emulator/daemon.hpp"
+#include "emulator/daemon/daemon.hpp"
 #include "emulator/monitor/monitor.hpp"
-#include "emulator/monitor/monitor_paths.hpp"
+#include "host/monitor_paths.hpp"
 
 #include <fmt/format.h>
 #include <grp.h>
@@ -47,11 +47,11 @@ std::filesystem::path scenes_of(const DaemonConfig& config) {
 
 /// A camera is not to stay down for a socket whose place nobody has chosen.
 void add_automatic_socket(std::vector<service::Listener>& listeners) {
-    const std::filesystem::path path = own_calls_socket();
+    const std::filesystem::path path = host::own_calls_socket();
     try {
-        if (const std::string why = prepare_socket_folder(path.parent_path()); !why.empty())
+        if (const std::string why = host::prepare_socket_folder(path.parent_path()); !why.empty())
             throw HardwareError(fmt::format("{}: {}", path.string(), why));
-        remove_left_over_sockets(path.parent_path());
+        host::remove_left_over_sockets(path.parent_path());
         listeners.push_back(service::Listener::unix_socket(path));
     } catch (const HardwareError& error) {
         log_warning("calls: no socket: {}", error.what());
@@ -104,7 +104,7 @@ void CallServer::start() {
     if (!section.token_file.empty())
         tokens.add(section.token_permission, service::read_token_file(section.token_file));
     if (!section.listen.empty()) listeners.push_back(service::Listener::tcp(section.listen, !tokens.empty()));
-    if (section.unix_socket == automatic_calls)
+    if (section.unix_socket == host::automatic_calls)
         add_automatic_socket(listeners);
     else if (!section.unix_socket.empty())
         listeners.push_back(service::Listener::unix_socket(section.unix_socket));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/camera_calls.hpp"
 
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
+#include "emulator/camera/frame_outcome.hpp"
 #include "emulator/control/camera_features.hpp"
-#include "emulator/frame_outcome.hpp"
-#include "emulator/simulator_protocol.hpp"
+#include "emulator/simulator/simulator_protocol.hpp"
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ using service::Work;
 
 /// Longest wait for the frame of a trigger, as that of a step.
 constexpr std::int64_t patience_ns = 60 * ns_per_s;
-constexpr std::chrono::milliseconds look_period{1};
+constexpr std::chrono::milliseconds outcome_poll_interval{1};
 
 Failure not_now(const std::string& message, const std::string& hint = {}) {
     Failure failure(FailureCode::not_now, message);
@@ -350,7 +350,7 @@ Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
     while (ended(after) == ended(before)) {
         if (work.cancelled()) throw service::cancelled();
         if (chosen.clock.now() - edge > patience_ns) throw not_now("camera.trigger: the frame does not come");
-        std::this_thread::sleep_for(look_period);
+        std::this_thread::sleep_for(outcome_poll_interval);
         after = chosen.camera.counters();
     }
     const std::string outcome = outcome_of(before, after);

@@ -2,8 +2,8 @@
 #include "emulator/control/camera_features.hpp"
 
 #include "config/document.hpp"
-#include "core/camera_names.hpp"
-#include "core/setting_ranges.hpp"
+#include "core/camera/camera_names.hpp"
+#include "core/camera/setting_ranges.hpp"
 #include "service/call.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "config/keys.hpp"
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
 
 #include <nlohmann/json.hpp>
 

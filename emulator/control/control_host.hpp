@@ -2,7 +2,7 @@
 // Calls of a running daemon, for the clients of its call server.
 #pragma once
 
-#include "core/work_queue.hpp"
+#include "core/realtime/work_queue.hpp"
 #include "emulator/control/camera_calls.hpp"
 #include "emulator/control/daemon_calls.hpp"
 #include "emulator/control/probe_call.hpp"

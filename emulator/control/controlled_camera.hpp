@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/clock.hpp"
-#include "core/file_descriptor.hpp"
-#include "emulator/camera.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "emulator/camera/camera.hpp"
 #include "transports/transport.hpp"
 
 #include <atomic>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/daemon_calls.hpp"
 
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 
 #include <utility>
 

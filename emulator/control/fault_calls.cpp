@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/fault_calls.hpp"
 
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 #include "emulator/control/camera_features.hpp"
 #include "transports/fault_rules.hpp"
 

@@ -15,7 +15,7 @@ namespace {
 using service::Failure;
 using service::FailureCode;
 
-constexpr std::chrono::milliseconds look_period{20};
+constexpr std::chrono::milliseconds idle_poll_interval{20};
 
 } // namespace
 
@@ -54,7 +54,7 @@ void IdleThread::run(Work work, const std::atomic<bool>& given_up) {
         asked_.notify_one();
     }
     while (!job->done && !given_up && !closed_)
-        done_.wait_for(lock, look_period);
+        done_.wait_for(lock, idle_poll_interval);
     if (!job->done) {
         job->cancel = true;
         waiting_.erase(std::remove(waiting_.begin(), waiting_.end(), job), waiting_.end());

@@ -2,7 +2,7 @@
 #include "emulator/control/pixel_probes.hpp"
 
 #include "core/error.hpp"
-#include "emulator/thread_plan.hpp"
+#include "emulator/unit/thread_plan.hpp"
 #include "service/failure.hpp"
 
 #include <fmt/format.h>

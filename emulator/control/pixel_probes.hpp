@@ -2,10 +2,10 @@
 // Pixel probes of a daemon's cameras, on one thread of idle priority, made when they are asked for.
 #pragma once
 
-#include "core/realtime.hpp"
-#include "emulator/camera_unit.hpp"
+#include "core/realtime/realtime.hpp"
 #include "emulator/control/idle_thread.hpp"
-#include "emulator/pixel_probe.hpp"
+#include "emulator/unit/camera_unit.hpp"
+#include "emulator/unit/pixel_probe.hpp"
 
 #include <oneapi/tbb/task_arena.h>
 

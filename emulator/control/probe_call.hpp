@@ -3,9 +3,9 @@
 // it shows; irradiance of all pixels.
 #pragma once
 
-#include "emulator/camera_unit.hpp"
 #include "emulator/control/camera_calls.hpp"
 #include "emulator/control/pixel_probes.hpp"
+#include "emulator/unit/camera_unit.hpp"
 #include "service/call.hpp"
 
 #include <cstddef>

@@ -4,7 +4,7 @@
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
-#include "core/path_below.hpp"
+#include "core/io/path_below.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 
@@ -28,7 +28,7 @@ using service::FailureCode;
 using service::Fields;
 using service::Work;
 
-struct Arguments {
+struct SceneArguments {
     std::string file;
 
     Fields fields() {
@@ -118,12 +118,12 @@ std::vector<std::string> scene_names(const std::filesystem::path& folder) {
 
 service::Calls scene_calls(SceneRequests& requests, const std::filesystem::path& folder,
                            std::function<std::filesystem::path()> shown) {
-    service::Call call = service::call<Arguments>(
+    service::Call call = service::call<SceneArguments>(
         "scene.show", service::Permission::scene,
         "Shows another scene. It is built while frames of the present one continue, and shown from a frame "
         "on; if it cannot be, nothing changes and the answer says why. A reload of the configuration returns "
         "to the scene that stands there.",
-        [&requests, folder](const Arguments& arguments, Work& work) {
+        [&requests, folder](const SceneArguments& arguments, Work& work) {
             const std::string why = requests.ask(file_of(arguments.file, folder), work.cancelled());
             if (!why.empty()) throw Failure(FailureCode::bad_scene, why);
             return Answer{{{"shown", requests.shown()}}};

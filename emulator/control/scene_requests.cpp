@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/scene_requests.hpp"
 
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 #include "service/call.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 using service::Failure;
 using service::FailureCode;
 
-constexpr std::chrono::milliseconds look_period{50};
+constexpr std::chrono::milliseconds poll_interval{50};
 
 } // namespace
 
@@ -30,7 +30,7 @@ std::string SceneRequests::ask(Wish wish, const std::atomic<bool>& given_up) {
         waiting_ = request;
     }
     std::future<std::string> answer = request->answer.get_future();
-    while (answer.wait_for(look_period) != std::future_status::ready)
+    while (answer.wait_for(poll_interval) != std::future_status::ready)
         if (given_up) request->withdrawn = true;
     std::string why = answer.get();
     if (request->withdrawn && !why.empty()) throw service::cancelled();

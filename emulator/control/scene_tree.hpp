@@ -3,7 +3,7 @@
 #pragma once
 
 #include "emulator/config/daemon_config.hpp"
-#include "emulator/simulator_server.hpp"
+#include "emulator/simulator/simulator_server.hpp"
 #include "service/call.hpp"
 
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 // Connection of a control client to the simulator port: poses and steps by the port's own lines.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/call.hpp"
 
 #include <functional>

@@ -2,7 +2,7 @@
 #include "emulator/control/timing_call.hpp"
 
 #include "core/clock.hpp"
-#include "emulator/recent_timing.hpp"
+#include "emulator/record/recent_timing.hpp"
 #include "transports/watch/watch.hpp"
 
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ using service::Failure;
 using service::FailureCode;
 using service::Fields;
 
-struct Arguments {
+struct TimingArguments {
     std::uint32_t camera = 0;
     std::uint64_t after = 0, most = 64;
     bool early = false, saturated = false;
@@ -67,7 +67,7 @@ const RecentTiming& timing_of(const ControlledCamera& camera) {
     return *camera.timing;
 }
 
-Answer timing(const CameraCalls::Cameras& cameras, const Arguments& arguments) {
+Answer timing(const CameraCalls::Cameras& cameras, const TimingArguments& arguments) {
     const ControlledCamera& camera = checked_camera(cameras, arguments.camera);
     const RecentTiming& timing = timing_of(camera);
     // Before the rows, so that one that is there has been copied, or will be.
@@ -124,15 +124,15 @@ Answer timing_rows(const CameraCalls::Cameras& cameras, const RowArguments& argu
 } // namespace
 
 service::Call timing_call(const CameraCalls::Cameras& cameras) {
-    service::Call call =
-        service::call<Arguments>("timing", service::Permission::view,
-                                 "Time stamps of the newest frames, half a second after they have ended, "
-                                 "when transports have finished "
-                                 "them: the numbers of the file of `obscurad --timing`. A client that asks "
-                                 "again with `last` gets each frame once.",
-                                 [&cameras](const Arguments& arguments, service::Work& /*work*/) {
-                                     return timing(cameras, arguments);
-                                 });
+    service::Call call = service::call<TimingArguments>(
+        "timing", service::Permission::view,
+        "Time stamps of the newest frames, half a second after they have ended, "
+        "when transports have finished "
+        "them: the numbers of the file of `obscurad --timing`. A client that asks "
+        "again with `last` gets each frame once.",
+        [&cameras](const TimingArguments& arguments, service::Work& /*work*/) {
+            return timing(cameras, arguments);
+        });
     call.results = {
         {"columns", "array of strings", "",
          "Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of "

@@ -2,7 +2,7 @@
 #include "emulator/control/truth_call.hpp"
 
 #include "core/error.hpp"
-#include "emulator/frame_overlays.hpp"
+#include "emulator/camera/frame_overlays.hpp"
 #include "transports/watch/watch.hpp"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ using transports::KeptFrame;
 /// Of a frame at most.
 constexpr std::int64_t look_period_ns = 100 * ns_per_ms;
 
-struct Arguments {
+struct TruthArguments {
     std::uint32_t camera = 0;
     std::uint64_t frame = 0;
     double wait_s = 2;
@@ -132,7 +132,7 @@ struct Told {
 };
 
 /// The frame that is asked for, with its overlay. Throws Failure.
-Told told_of(const ControlledCamera& camera, const Arguments& arguments, const Work& work) {
+Told told_of(const ControlledCamera& camera, const TruthArguments& arguments, const Work& work) {
     if (camera.watch == nullptr || !camera.overlay)
         throw Failure(FailureCode::not_now, "truth: the daemon keeps no frames for calls");
     camera.watch->look(look_period_ns);
@@ -158,7 +158,7 @@ Told told_of(const ControlledCamera& camera, const Arguments& arguments, const W
     }
 }
 
-Answer truth(const ControlledCamera& camera, const Arguments& arguments, const Work& work) {
+Answer truth(const ControlledCamera& camera, const TruthArguments& arguments, const Work& work) {
     const auto [frame, overlay] = told_of(camera, arguments, work);
     const FrameInfo& info = frame.info;
     const GroundTruth& there = info.truth;
@@ -178,13 +178,13 @@ Answer truth(const ControlledCamera& camera, const Arguments& arguments, const W
 } // namespace
 
 service::Call truth_call(const CameraCalls::Cameras& cameras) {
-    service::Call call = service::call<Arguments>(
+    service::Call call = service::call<TruthArguments>(
         "truth", service::Permission::view,
         "Tells where things are in a frame of the camera, of its own poses and its own scene, px of the "
         "image "
         "with pixel centres at integers: where their light lands, each row of a rolling shutter at its own "
         "time, as in the truth table (docs/truth.md).",
-        [&cameras](const Arguments& arguments, Work& work) {
+        [&cameras](const TruthArguments& arguments, Work& work) {
             return truth(checked_camera(cameras, arguments.camera), arguments, work);
         });
     call.results = {

@@ -2,7 +2,7 @@
 // Ages of heartbeats, from looks at their counts several times a second.
 #pragma once
 
-#include "core/heartbeat.hpp"
+#include "core/realtime/heartbeat.hpp"
 #include "core/time.hpp"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 // Advice for a machine whose rows leave late: what of docs/appliance.md, "Tune for real time", is not done.
 #pragma once
 
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 
 #include <filesystem>
 #include <string>

@@ -3,13 +3,13 @@
 
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "core/log_history.hpp"
-#include "emulator/daemon.hpp"
+#include "core/realtime/log.hpp"
+#include "core/realtime/log_history.hpp"
+#include "emulator/daemon/daemon.hpp"
 #include "emulator/monitor/frame_verbs.hpp"
 #include "emulator/monitor/isolation_advice.hpp"
-#include "emulator/monitor/monitor_paths.hpp"
 #include "emulator/monitor/own_threads.hpp"
+#include "host/monitor_paths.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -134,10 +134,10 @@ Monitor::Monitor(Daemon& daemon, std::string version)
 
 void Monitor::start() {
     const std::string& where = daemon_.config().monitor.socket;
-    if (where == no_monitor) return;
-    const bool automatic = where == automatic_monitor;
-    if (automatic) remove_left_over_sockets(own_monitor_folder());
-    socket_.emplace(automatic ? own_monitor_socket() : std::filesystem::path(where),
+    if (where == host::no_monitor) return;
+    const bool automatic = where == host::automatic_monitor;
+    if (automatic) host::remove_left_over_sockets(host::own_monitor_folder());
+    socket_.emplace(automatic ? host::own_monitor_socket() : std::filesystem::path(where),
                     [this](std::string_view request) { return answer_request(verbs_, request); });
     try {
         socket_->start();

@@ -2,7 +2,7 @@
 // Monitor of a daemon: its state and events for programs of the same machine.
 #pragma once
 
-#include "core/log_history.hpp"
+#include "core/realtime/log_history.hpp"
 #include "core/time.hpp"
 #include "emulator/monitor/beat_times.hpp"
 #include "emulator/monitor/monitor_socket.hpp"

@@ -2,14 +2,13 @@
 #include "emulator/monitor/monitor_socket.hpp"
 
 #include "core/error.hpp"
-#include "emulator/monitor/monitor_paths.hpp"
+#include "host/monitor_connection.hpp"
+#include "host/monitor_paths.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -26,22 +25,9 @@ namespace {
 // Requests of one client that are answered in one call of serve(), so that no client holds up the caller.
 constexpr int most_requests = 16;
 
-sockaddr_un address_of(const std::filesystem::path& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    const std::string& text = path.native();
-    std::memcpy(address.sun_path, text.data(), std::min(text.size(), longest_socket_path()));
-    return address;
-}
-
 FileDescriptor packet_socket() {
     return FileDescriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
-
-/// Room for the descriptors of an answer beside its bytes.
-struct Ancillary {
-    alignas(cmsghdr) std::array<char, CMSG_SPACE(monitor_descriptors * sizeof(int))> bytes{};
-};
 
 /// Whether all of it was sent; does not wait.
 bool send_answer(int client, const MonitorAnswer& answer) {
@@ -49,9 +35,9 @@ bool send_answer(int client, const MonitorAnswer& answer) {
     msghdr message{};
     message.msg_iov = &text;
     message.msg_iovlen = 1;
-    Ancillary ancillary;
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(host::monitor_descriptors * sizeof(int))> ancillary{};
     if (const std::size_t bytes = answer.descriptors.size() * sizeof(int); bytes > 0) {
-        message.msg_control = ancillary.bytes.data();
+        message.msg_control = ancillary.data();
         message.msg_controllen = CMSG_SPACE(bytes);
         cmsghdr* const rights = CMSG_FIRSTHDR(&message);
         rights->cmsg_level = SOL_SOCKET;
@@ -63,62 +49,10 @@ bool send_answer(int client, const MonitorAnswer& answer) {
            static_cast<ssize_t>(answer.text.size());
 }
 
-/// Result of a call of a socket with a time-out, made again where a stop of the process (SIGSTOP, then
-/// SIGCONT) has ended it with EINTR, as Linux does also without a handler. It then has its whole time again.
-template<typename Call>
-auto unless_interrupted(Call call) {
-    auto result = call();
-    while (result < 0 && errno == EINTR)
-        result = call();
-    return result;
-}
-
 } // namespace
 
-bool send_request(int socket, std::string_view request) {
-    return unless_interrupted([&] { return ::send(socket, request.data(), request.size(), MSG_NOSIGNAL); }) >=
-           0;
-}
-
-ssize_t receive_answer(int socket, std::span<char> answer, std::vector<FileDescriptor>* descriptors) {
-    iovec text{answer.data(), answer.size()};
-    Ancillary ancillary;
-    msghdr message{};
-    message.msg_iov = &text;
-    message.msg_iovlen = 1;
-    message.msg_control = ancillary.bytes.data();
-    message.msg_controllen = ancillary.bytes.size();
-    const ssize_t bytes = unless_interrupted([&] { return ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC); });
-    if (bytes < 0) return bytes;
-    for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
-        if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_RIGHTS) continue;
-        for (std::size_t at = 0; CMSG_LEN(at + sizeof(int)) <= part->cmsg_len; at += sizeof(int)) {
-            int descriptor = -1;
-            std::memcpy(&descriptor, CMSG_DATA(part) + at, sizeof descriptor);
-            FileDescriptor owned(descriptor);
-            if (descriptors != nullptr) descriptors->push_back(std::move(owned));
-        }
-    }
-    return bytes;
-}
-
-FileDescriptor connect_to_monitor(const std::filesystem::path& path, bool wait) {
-    FileDescriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | (wait ? 0 : SOCK_NONBLOCK), 0));
-    const sockaddr_un address = address_of(path);
-    // Also of connect(), which waits while the server has not accepted those before.
-    const timeval patience{monitor_patience_s, 0};
-    ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-    const auto connect = [&] {
-        return ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
-    };
-    if (unless_interrupted(connect) != 0) return FileDescriptor();
-    if (!wait) ::fcntl(socket.get(), F_SETFL, 0);
-    return socket;
-}
-
 MonitorSocket::MonitorSocket(std::filesystem::path path, Answer answer)
-    : path_(std::move(path)), answer_(std::move(answer)), request_(monitor_request_bytes + 1) {}
+    : path_(std::move(path)), answer_(std::move(answer)), request_(host::monitor_request_bytes + 1) {}
 
 MonitorSocket::~MonitorSocket() {
     stop();
@@ -128,17 +62,17 @@ void MonitorSocket::start() {
     const auto refuse = [this](const std::string& why) {
         throw HardwareError(fmt::format("monitor.socket: {}: {}", path_.string(), why));
     };
-    if (path_.native().size() > longest_socket_path())
-        refuse(fmt::format("a path of at most {} bytes is allowed", longest_socket_path()));
-    if (const std::string why = prepare_socket_folder(path_.parent_path()); !why.empty()) refuse(why);
+    if (path_.native().size() > host::longest_socket_path())
+        refuse(fmt::format("a path of at most {} bytes is allowed", host::longest_socket_path()));
+    if (const std::string why = host::prepare_socket_folder(path_.parent_path()); !why.empty()) refuse(why);
     std::error_code error;
     if (std::filesystem::exists(path_, error)) {
         if (!std::filesystem::is_socket(path_, error)) refuse("exists, and is no socket");
-        if (connect_to_monitor(path_)) refuse("another daemon serves it");
+        if (host::connect_to_monitor(path_)) refuse("another daemon serves it");
         std::filesystem::remove(path_, error);
     }
     FileDescriptor listener = packet_socket();
-    const sockaddr_un address = address_of(path_);
+    const sockaddr_un address = host::monitor_address(path_);
     if (!listener || ::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
         refuse(std::strerror(errno));
     // The umask of a service keeps its group from writing, and so from connecting.

@@ -2,28 +2,19 @@
 // Monitor socket: a local SOCK_SEQPACKET server that answers packets of JSON with packets of JSON.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "core/time.hpp"
 #include "emulator/monitor/monitor_verbs.hpp"
-
-#include <sys/types.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace obscura::emulator {
-
-/// Largest request and largest answer, bytes. The state of 16 cameras whose counters are large takes half of
-/// it, and Linux sends packets of 208 KiB unless it is configured otherwise.
-constexpr std::size_t monitor_request_bytes = 4096, monitor_answer_bytes = 192 << 10;
-/// Most descriptors of an answer.
-constexpr std::size_t monitor_descriptors = 2;
 
 /// Serves any number of requests on each connection, one answer for each. Never blocks: a client that does
 /// not read its answers is disconnected, and at most `most_clients` are served. Where that many are there and
@@ -74,18 +65,5 @@ private:
     std::vector<Client> clients_;
     std::vector<char> request_;
 };
-
-/// Longest wait of a client for the server, s.
-constexpr int monitor_patience_s = 5;
-/// Connects to a monitor socket; an empty descriptor if that is not possible, with the reason in errno. Its
-/// calls wait for monitor_patience_s at most. They and those below go on where the process is stopped and
-/// continued meanwhile. `wait`: also for a daemon that has not accepted those before.
-[[nodiscard]] FileDescriptor connect_to_monitor(const std::filesystem::path& path, bool wait = true);
-/// Sends a request; false: not sent, with the reason in errno.
-[[nodiscard]] bool send_request(int socket, std::string_view request);
-/// Receives an answer as recv(2) does; descriptors that come with it are appended to `descriptors`, or closed
-/// if that is null.
-[[nodiscard]] ssize_t receive_answer(int socket, std::span<char> answer,
-                                     std::vector<FileDescriptor>* descriptors);
 
 } // namespace obscura::emulator

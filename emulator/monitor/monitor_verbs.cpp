@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/monitor/monitor_verbs.hpp"
 
-#include "emulator/monitor/monitor_socket.hpp"
+#include "host/monitor_connection.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -41,8 +41,8 @@ std::string names_of(const std::vector<MonitorVerb>& verbs) {
 }
 
 MonitorAnswer answer_or_throw(const std::vector<MonitorVerb>& verbs, std::string_view text) {
-    if (text.size() > monitor_request_bytes)
-        return refusal(fmt::format("a request has at most {} bytes", monitor_request_bytes));
+    if (text.size() > host::monitor_request_bytes)
+        return refusal(fmt::format("a request has at most {} bytes", host::monitor_request_bytes));
     json request = json::parse(text, nullptr, false);
     if (!request.is_object() || !request.contains("verb") || !request["verb"].is_string())
         return refusal(R"(a request is a JSON object like {"verb": "state"})");
@@ -55,8 +55,9 @@ MonitorAnswer answer_or_throw(const std::vector<MonitorVerb>& verbs, std::string
     request.erase("verb");
     service::read_values(verb->name, request, bound.fields);
     MonitorAnswer answer = bound.answer();
-    if (answer.text.size() > monitor_answer_bytes)
-        return refusal(fmt::format("{}: the answer has more than {} bytes", name, monitor_answer_bytes));
+    if (answer.text.size() > host::monitor_answer_bytes)
+        return refusal(
+            fmt::format("{}: the answer has more than {} bytes", name, host::monitor_answer_bytes));
     return answer;
 }
 

@@ -2,9 +2,9 @@
 // Frame counters of the last minute, from snapshots taken every second.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "core/time.hpp"
-#include "emulator/camera.hpp"
+#include "emulator/camera/camera.hpp"
 
 #include <array>
 #include <cstdint>

@@ -13,7 +13,7 @@ namespace obscura::ephemeris {
 namespace {
 
 constexpr double light_speed_m_s = 299'792'458.0;
-constexpr int barycenter = 0, sun = 10;
+constexpr int sun = 10;
 
 /// The unit vector `direction` of light, bent by the Sun at the distance `sun_m`; the other vectors are unit
 /// ones too.
@@ -55,8 +55,8 @@ Place apparent_place(const Ephemeris& kernels, int target, int observer, TdbTime
         place.velocity_m_s = state.velocity_m_s;
     } else {
         // In the frame of the barycentre, in which light is straight.
-        const State own = kernels.state(observer, barycenter, time);
-        State state = kernels.state(target, barycenter, time);
+        const State own = kernels.state(observer, solar_system_barycenter, time);
+        State state = kernels.state(target, solar_system_barycenter, time);
         if (corrections.light_time) {
             constexpr double settled_s = 1e-9;
             constexpr int most_steps = 20;
@@ -67,7 +67,7 @@ Place apparent_place(const Ephemeris& kernels, int target, int observer, TdbTime
                 seen_s = next_s;
                 if (settled) break;
                 place.seen_at = time + seen_s;
-                state = kernels.state(target, barycenter, place.seen_at);
+                state = kernels.state(target, solar_system_barycenter, place.seen_at);
             }
         }
         place.position_m = state.position_m - own.position_m;
@@ -83,7 +83,8 @@ Place apparent_place(const Ephemeris& kernels, int target, int observer, TdbTime
         place.position_m = deflected_by_sun(place.position_m, at_sun.position_m);
     }
     if (corrections.aberration) {
-        const Vec3 beta = kernels.state(observer, barycenter, time).velocity_m_s / light_speed_m_s;
+        const Vec3 beta =
+            kernels.state(observer, solar_system_barycenter, time).velocity_m_s / light_speed_m_s;
         const Vec3 d = place.position_m / distance;
         // The component along the motion is cos t' = (cos t + beta) / (1 + beta cos t).
         const double inverse_gamma = std::sqrt(1 - dot(beta, beta));

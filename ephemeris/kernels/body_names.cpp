@@ -2,7 +2,7 @@
 #include "ephemeris/kernels/body_names.hpp"
 
 #include "core/error.hpp"
-#include "core/suggestion.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 

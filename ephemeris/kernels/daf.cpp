@@ -2,8 +2,9 @@
 #include "ephemeris/kernels/daf.hpp"
 
 #include "core/error.hpp"
-#include "core/file_descriptor.hpp"
-#include "core/input_file.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "core/io/input_file.hpp"
+#include "ephemeris/kernels/daf_layout.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -24,12 +25,8 @@
 namespace obscura::ephemeris {
 namespace {
 
-constexpr std::size_t record_bytes = 1024;
 constexpr std::size_t words_per_record = record_bytes / sizeof(double);
 constexpr std::string_view transfer_start = "DAFETF NAIF DAF ENCODED TRANSFER FILE";
-/// Bytes that a transfer in text mode would change, at byte 699 of the file record.
-constexpr std::size_t ftp_offset = 699;
-constexpr std::string_view ftp_string{"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xCE:ENDFTP", 28};
 /// Largest number of doubles of a summary (DAF Required Reading).
 constexpr std::int32_t most_doubles = 124;
 

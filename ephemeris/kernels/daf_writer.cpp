@@ -2,6 +2,7 @@
 #include "ephemeris/kernels/daf_writer.hpp"
 
 #include "core/error.hpp"
+#include "ephemeris/kernels/daf_layout.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -13,10 +14,8 @@
 namespace obscura::ephemeris {
 namespace {
 
-constexpr std::size_t record_bytes = 1024;
 constexpr std::size_t record_words = record_bytes / sizeof(double);
 constexpr std::size_t comment_bytes = 1000; ///< of a record of the comment area
-constexpr std::string_view ftp_string{"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xCE:ENDFTP", 28};
 
 static_assert(std::endian::native == std::endian::little, "values are copied as they are in memory");
 

@@ -26,7 +26,6 @@ constexpr std::size_t most_links = 16;
 /// Most frames between one and ICRF.
 constexpr int most_frames = 10;
 /// NAIF code of the solar system barycentre, and id of the frame J2000.
-constexpr int barycenter = 0;
 constexpr int j2000 = 1;
 
 State operator+(const State& a, const State& b) {
@@ -163,7 +162,7 @@ struct Ephemeris::Impl {
         std::size_t count = 1;
         links[0] = {target, {}};
         Evaluation end = Evaluation::ok;
-        while (links[count - 1].first != observer && links[count - 1].first != barycenter &&
+        while (links[count - 1].first != observer && links[count - 1].first != solar_system_barycenter &&
                count < most_links) {
             links[count] = links[count - 1];
             end = step(links[count].first, links[count].second, time);
@@ -182,7 +181,7 @@ struct Ephemeris::Impl {
             if (const Evaluation status = step(center, own, time); status != Evaluation::ok) {
                 // What stopped the target says more.
                 if (end != Evaluation::ok) return end;
-                return center == barycenter ? Evaluation::no_common : status;
+                return center == solar_system_barycenter ? Evaluation::no_common : status;
             }
         }
         return Evaluation::no_common;
@@ -290,7 +289,7 @@ std::string Ephemeris::reason(int target, int observer, TdbTime time, Evaluation
     // The first body on either way that has no segment now.
     for (int id : {target, observer}) {
         State ignored;
-        for (std::size_t i = 0; i < most_links && id != barycenter; ++i) {
+        for (std::size_t i = 0; i < most_links && id != solar_system_barycenter; ++i) {
             const Impl::Body* const body = impl_->find(id);
             if (body == nullptr) return fmt::format("{}: no kernel has positions of {}", what, named(id));
             if (body->timeline.at(time.seconds()) < 0)

@@ -17,6 +17,9 @@
 
 namespace obscura::ephemeris {
 
+/// NAIF number of the solar system barycenter.
+inline constexpr int solar_system_barycenter = 0;
+
 /// Loaded kernels: SPK (types 1, 2, 3, 9, 13, 21), binary PCK (type 2), CK (type 3), text kernels (LSK, PCK,
 /// FK, SCLK) and meta-kernels. Later files have priority over earlier ones, later segments of a file over
 /// earlier ones, as in SPICE. Bodies are NAIF codes, 0 is the solar system barycentre; axes are those of the

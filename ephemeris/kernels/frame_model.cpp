@@ -2,19 +2,18 @@
 #include "ephemeris/kernels/frame_model.hpp"
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "ephemeris/kernels/interpolation.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace obscura::ephemeris {
 namespace {
 
-constexpr double deg = std::numbers::pi / 180;
 constexpr double day_s = 86400;
 constexpr double century_days = 36525;
 constexpr double j2000_jd = 2451545.0;
@@ -144,7 +143,7 @@ Quat orientation(const RotationModel& model, TdbTime time) noexcept {
     const auto phase = [&](std::size_t i) {
         return polynomial(std::span(model.phases).subspan(i * model.phase_terms, model.phase_terms),
                           centuries) *
-               deg;
+               degree;
     };
     for (std::size_t i = 0; i < model.periodic_ra.size(); ++i)
         ra += model.periodic_ra[i] * std::sin(phase(i));
@@ -152,7 +151,7 @@ Quat orientation(const RotationModel& model, TdbTime time) noexcept {
         dec += model.periodic_dec[i] * std::cos(phase(i));
     for (std::size_t i = 0; i < model.periodic_meridian.size(); ++i)
         meridian += model.periodic_meridian[i] * std::sin(phase(i));
-    return euler_313((90 + ra) * deg, (90 - dec) * deg, std::fmod(meridian, 360.0) * deg);
+    return euler_313((90 + ra) * degree, (90 - dec) * degree, std::fmod(meridian, 360.0) * degree);
 }
 
 PckSegment::PckSegment(const Daf::Array& array)

@@ -2,6 +2,7 @@
 #include "ephemeris/kernels/frame_names.hpp"
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 #include <fmt/format.h>
 
@@ -78,11 +79,10 @@ double unit_of(const std::string& place, const std::string& name) {
         std::string_view name;
         double rad;
     };
-    constexpr double deg = std::numbers::pi / 180;
-    constexpr std::array units{Unit{"DEGREES", deg},          Unit{"RADIANS", 1},
-                               Unit{"ARCMINUTES", deg / 60},  Unit{"ARCSECONDS", deg / 3600},
-                               Unit{"HOURANGLE", 15 * deg},   Unit{"MINUTEANGLE", deg / 4},
-                               Unit{"SECONDANGLE", deg / 240}};
+    constexpr std::array units{Unit{"DEGREES", degree},          Unit{"RADIANS", 1},
+                               Unit{"ARCMINUTES", degree / 60},  Unit{"ARCSECONDS", degree / 3600},
+                               Unit{"HOURANGLE", 15 * degree},   Unit{"MINUTEANGLE", degree / 4},
+                               Unit{"SECONDANGLE", degree / 240}};
     for (const Unit& unit : units)
         if (unit.name == name) return unit.rad;
     throw InputError(fmt::format("{}: angles in '{}', allowed DEGREES, RADIANS, ARCMINUTES, ARCSECONDS, "

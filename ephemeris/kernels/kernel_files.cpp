@@ -2,7 +2,7 @@
 #include "ephemeris/kernels/kernel_files.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 
 #include <fmt/format.h>
 

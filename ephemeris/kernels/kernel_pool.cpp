@@ -2,7 +2,7 @@
 #include "ephemeris/kernels/kernel_pool.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 
 #include <erfa.h>
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace obscura::ephemeris {
 namespace {
 
 /// Larger files are no text kernels.
-constexpr std::size_t most_bytes = 256U << 20;
+constexpr std::size_t max_kernel_bytes = 256U << 20;
 
 bool blank(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v';
@@ -232,9 +232,9 @@ std::string kernel_name(std::string_view text) {
 void KernelPool::read(const std::filesystem::path& file) {
     const InputFile in = open_input(file);
     const std::uintmax_t size = std::filesystem::file_size(file);
-    if (size > most_bytes)
+    if (size > max_kernel_bytes)
         throw InputError(
-            fmt::format("{}: {} bytes, a text kernel has at most {}", file.string(), size, most_bytes));
+            fmt::format("{}: {} bytes, a text kernel has at most {}", file.string(), size, max_kernel_bytes));
     std::string text(static_cast<std::size_t>(size), '\0');
     text.resize(std::fread(text.data(), 1, text.size(), in.get()));
     read_text(text, file.string());

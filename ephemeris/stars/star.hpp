@@ -2,8 +2,8 @@
 // Star of a catalogue: place, motion, parallax, magnitude, colour, spectral type and identifier.
 #pragma once
 
-#include "core/enum_names.hpp"
 #include "core/geometry.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

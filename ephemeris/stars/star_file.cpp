@@ -2,8 +2,9 @@
 #include "ephemeris/stars/star_file.hpp"
 
 #include "core/error.hpp"
-#include "core/file_descriptor.hpp"
-#include "core/input_file.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "core/io/input_file.hpp"
+#include "core/units.hpp"
 #include "ephemeris/stars/star_file_layout.hpp"
 
 #include <fcntl.h>
@@ -24,8 +25,6 @@ namespace obscura::ephemeris {
 using namespace star_layout;
 
 namespace {
-
-constexpr double mas = std::numbers::pi / (180 * 3600e3);
 
 std::uint32_t crc_of(std::span<const std::byte> bytes, std::uint32_t before = 0) {
     return static_cast<std::uint32_t>(
@@ -192,7 +191,8 @@ std::size_t StarFile::find(const SkyCells::Cone& cone, double limiting_v,
 }
 
 double StarFile::largest_shift_rad(double years, Vec3 observer_au) const noexcept {
-    return (largest_motion_mas_yr_ * std::abs(years) + largest_parallax_mas_ * length(observer_au)) * mas;
+    return (largest_motion_mas_yr_ * std::abs(years) + largest_parallax_mas_ * length(observer_au)) *
+           milliarcsecond;
 }
 
 } // namespace obscura::ephemeris

@@ -3,18 +3,17 @@
 
 #include "config/csv.hpp"
 #include "config/shipped_files.hpp"
+#include "core/units.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <string>
 
 namespace obscura::ephemeris {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double reach_deg = 0.01;
 
 } // namespace

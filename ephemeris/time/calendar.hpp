@@ -2,14 +2,21 @@
 // Proleptic Gregorian calendar: dates and day numbers.
 #pragma once
 
+#include "core/time.hpp"
+
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 namespace obscura::ephemeris {
 
-inline constexpr std::int64_t ns_per_s = 1'000'000'000;
 inline constexpr std::int64_t ns_per_day = 86'400 * ns_per_s;
+/// Days since 1970-01-01 of the GPS epoch, 1980-01-06.
+inline constexpr std::int64_t gps_epoch_day = 3657;
+/// J2000, 2000-01-01T12:00:00, in s from 1970-01-01T00:00:00 of the same scale.
+inline constexpr std::int64_t j2000_s = 10957 * 86'400 + 43'200;
+/// Modified Julian date of 1970-01-01.
+inline constexpr std::int64_t mjd_of_1970 = 40587;
 
 /// Date of the proleptic Gregorian calendar.
 struct CalendarDate {

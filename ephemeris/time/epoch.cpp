@@ -8,7 +8,6 @@
 namespace obscura::ephemeris {
 namespace {
 
-constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr std::int64_t seconds_per_day = 86'400;
 constexpr double j2000_jd = 2451545.0;
 /// TAI of J2000 TT less 32.184 s, from 1970-01-01T00:00:00 TAI: 10957.5 days.

@@ -23,7 +23,7 @@ namespace {
 constexpr std::int64_t first_step_day = 730;
 /// NTP counts seconds from 1900.
 constexpr std::int64_t ntp_of_1970_s = 2'208'988'800;
-constexpr std::uintmax_t most_bytes = 1 << 20;
+constexpr std::uintmax_t max_list_bytes = 1 << 20;
 
 [[noreturn]] void fail(const std::string& name, std::size_t line, const std::string& what) {
     throw ConfigError(fmt::format("{}:{}: {}", name, line, what));
@@ -162,9 +162,9 @@ LeapSeconds read_leap_seconds(const std::filesystem::path& file) {
     std::error_code error;
     const std::uintmax_t bytes = std::filesystem::file_size(file, error);
     if (!in || error) throw ConfigError(fmt::format("{}: cannot be read", file.string()));
-    if (bytes > most_bytes)
+    if (bytes > max_list_bytes)
         throw ConfigError(fmt::format("{}: {} bytes are too many for leap seconds, allowed are {}",
-                                      file.string(), bytes, most_bytes));
+                                      file.string(), bytes, max_list_bytes));
     return parse_leap_seconds({std::istreambuf_iterator<char>(in), {}}, file.string());
 }
 

@@ -13,9 +13,7 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-constexpr std::int64_t gps_epoch_day = 3657; // 1980-01-06
 constexpr std::int64_t j2000_day = 10957;
-constexpr std::int64_t mjd_of_1970 = 40587;
 
 constexpr bool is_digit(char c) {
     return c >= '0' && c <= '9';

@@ -8,9 +8,6 @@
 namespace obscura::ephemeris {
 namespace {
 
-/// J2000, 2000-01-01T12:00:00, from 1970-01-01T00:00:00 of the same scale.
-constexpr std::int64_t j2000_s = 10957 * 86'400 + 43'200;
-
 DayTime from_count(std::int64_t ns) {
     DayTime split{ns / ns_per_day, ns % ns_per_day};
     if (split.ns < 0) {

@@ -2,7 +2,7 @@
 // Time scales UTC, TAI, TT, TDB and GPS: readings of an instant as day and time of day.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "ephemeris/time/epoch.hpp"
 #include "ephemeris/time/leap_seconds.hpp"
 

@@ -2,8 +2,8 @@
 // Times as text: ISO 8601, SPICE-like calendar strings, Julian dates and counts of seconds, read and written.
 #pragma once
 
-#include "core/enum_names.hpp"
 #include "core/error.hpp"
+#include "core/text/enum_names.hpp"
 #include "ephemeris/time/time_scale.hpp"
 
 #include <array>

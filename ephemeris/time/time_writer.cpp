@@ -11,9 +11,7 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-constexpr std::int64_t gps_epoch_day = 3657; // 1980-01-06
-constexpr std::int64_t j2000_s = 10957 * 86'400 + 43'200;
-constexpr std::int64_t jd_of_1970_noon = 2'440'588, mjd_of_1970 = 40'587;
+constexpr std::int64_t jd_of_1970_noon = 2'440'588;
 
 std::int64_t power_of_ten(int exponent) {
     std::int64_t power = 1;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ephemeris/trajectories/aem.hpp"
 
+#include "core/units.hpp"
 #include "ephemeris/trajectories/kvn.hpp"
 
 #include <fmt/format.h>
@@ -13,9 +14,8 @@
 namespace obscura::ephemeris {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double fastest_rad_s = 1e6 * degree;
-constexpr std::array<std::string_view, 18> keywords{
+constexpr std::array<std::string_view, 18> aem_keywords{
     "OBJECT_NAME",          "OBJECT_ID",          "CENTER_NAME",       "REF_FRAME_A",
     "REF_FRAME_B",          "ATTITUDE_DIR",       "TIME_SYSTEM",       "START_TIME",
     "ATTITUDE_TYPE",        "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME",
@@ -225,7 +225,7 @@ PathFile parse_aem(const std::string& text, const std::string& name, const LeapS
     PathFile file;
     for (bool more = true; more;) {
         const std::size_t begin = reader.line();
-        const KvnBlock meta(reader, "META_STOP", keywords);
+        const KvnBlock meta(reader, "META_STOP", aem_keywords);
         const std::string a = meta.name("REF_FRAME_A"), b = meta.name("REF_FRAME_B");
         const TimeScale scale = time_scale_of(meta);
         const Layout layout = layout_of(meta, a, b);

@@ -3,7 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@
 namespace obscura::ephemeris {
 namespace {
 
-constexpr std::uintmax_t most_bytes = std::uintmax_t{512} << 20;
+constexpr std::uintmax_t max_message_bytes = std::uintmax_t{512} << 20;
 
 bool is_space(char c) {
     return c == ' ' || c == '\t' || c == '\r';
@@ -97,9 +97,9 @@ std::string read_message(const std::filesystem::path& file) {
     std::error_code error;
     const std::uintmax_t bytes = std::filesystem::file_size(file, error);
     if (!in || error) throw ConfigError(fmt::format("{}: cannot be read", file.string()));
-    if (bytes > most_bytes)
+    if (bytes > max_message_bytes)
         throw ConfigError(
-            fmt::format("{}: {} bytes, allowed are at most {}", file.string(), bytes, most_bytes));
+            fmt::format("{}: {} bytes, allowed are at most {}", file.string(), bytes, max_message_bytes));
     note_input(file);
     return {std::istreambuf_iterator<char>(in), {}};
 }

@@ -13,7 +13,7 @@ namespace obscura::ephemeris {
 namespace {
 
 constexpr double farthest_m = 1e15; // a tenth of a light year
-constexpr std::array<std::string_view, 12> keywords{
+constexpr std::array<std::string_view, 12> oem_keywords{
     "OBJECT_NAME",       "OBJECT_ID",   "CENTER_NAME",   "REF_FRAME",
     "REF_FRAME_EPOCH",   "TIME_SYSTEM", "START_TIME",    "USEABLE_START_TIME",
     "USEABLE_STOP_TIME", "STOP_TIME",   "INTERPOLATION", "INTERPOLATION_DEGREE"};
@@ -61,7 +61,7 @@ PathFile parse_oem(const std::string& text, const std::string& name, const LeapS
     PathFile file;
     for (bool more = true; more;) {
         const std::size_t begin = reader.line();
-        const KvnBlock meta(reader, "META_STOP", keywords);
+        const KvnBlock meta(reader, "META_STOP", oem_keywords);
         const PathFrames frames{meta.required("OBJECT_NAME"), meta.name("CENTER_NAME"),
                                 meta.name("REF_FRAME"), ""};
         const TimeScale scale = time_scale_of(meta);

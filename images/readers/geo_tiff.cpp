@@ -2,7 +2,7 @@
 #include "images/readers/geo_tiff.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "images/readers/tiff_tags.hpp"
 
 #include <fmt/format.h>

@@ -2,6 +2,7 @@
 #include "images/readers/header_cards.hpp"
 
 #include "core/error.hpp"
+#include "core/text/text.hpp"
 
 #include <ImfAttribute.h>
 #include <ImfDoubleAttribute.h>
@@ -107,12 +108,6 @@ std::vector<HeaderCard> cards_of_png(const std::filesystem::path& file) {
     }
 }
 
-std::string trimmed(const std::string& text) {
-    const std::size_t first = text.find_first_not_of(" \t\r");
-    if (first == std::string::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 /// Lines KEY = VALUE # comment, as write_raw16() makes them.
 std::vector<HeaderCard> cards_of_sidecar(const std::filesystem::path& file) {
     std::ifstream in(file);
@@ -121,14 +116,14 @@ std::vector<HeaderCard> cards_of_sidecar(const std::filesystem::path& file) {
     std::size_t number = 0;
     for (std::string line; std::getline(in, line);) {
         ++number;
-        line = trimmed(line);
+        line = std::string(trimmed(line, " \t\r"));
         if (line.empty() || line.front() == '#') continue;
         const std::size_t equals = line.find('=');
         if (equals == std::string::npos)
             throw InputError(fmt::format("{}:{}: no KEY = VALUE: allowed is the sidecar of a raw frame",
                                          file.string(), number));
-        HeaderCard card{trimmed(line.substr(0, equals)), "", ""};
-        std::string rest = trimmed(line.substr(equals + 1));
+        HeaderCard card{std::string(trimmed(line.substr(0, equals), " \t\r")), "", ""};
+        std::string rest = std::string(trimmed(line.substr(equals + 1), " \t\r"));
         std::size_t end = 0;
         if (!rest.empty() && rest.front() == '"') {
             for (end = 1; end < rest.size() && rest[end] != '"'; ++end) {
@@ -138,10 +133,11 @@ std::vector<HeaderCard> cards_of_sidecar(const std::filesystem::path& file) {
             ++end;
         } else {
             end = std::min(rest.find('#'), rest.size());
-            card.value = trimmed(rest.substr(0, end));
+            card.value = std::string(trimmed(rest.substr(0, end), " \t\r"));
         }
         const std::size_t comment = end < rest.size() ? rest.find('#', end) : std::string::npos;
-        if (comment != std::string::npos) card.comment = trimmed(rest.substr(comment + 1));
+        if (comment != std::string::npos)
+            card.comment = std::string(trimmed(rest.substr(comment + 1), " \t\r"));
         cards.push_back(std::move(card));
     }
     return cards;

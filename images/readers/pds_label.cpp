@@ -2,7 +2,8 @@
 #include "images/readers/pds_label.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
+#include "core/text/text.hpp"
 
 #include <fmt/format.h>
 
@@ -14,27 +15,16 @@
 namespace obscura::images {
 namespace {
 
-std::string upper(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return std::toupper(c); });
-    return out;
-}
-
-std::string_view trimmed(std::string_view text) {
-    constexpr std::string_view blank = " \t\r\n\f\v";
-    const auto first = text.find_first_not_of(blank);
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(blank) - first + 1);
-}
+constexpr std::string_view blank = " \t\r\n\f\v";
 
 /// The value without quotes and without a unit in angle brackets.
 std::string bare(std::string_view raw) {
-    std::string_view text = trimmed(raw);
+    std::string_view text = trimmed(raw, blank);
     if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front())
         return std::string(text.substr(1, text.size() - 2));
     if (const auto unit = text.find('<');
         unit != std::string_view::npos && !text.empty() && text.front() != '(')
-        text = trimmed(text.substr(0, unit));
+        text = trimmed(text.substr(0, unit), blank);
     return std::string(text);
 }
 
@@ -49,7 +39,7 @@ public:
         const std::size_t start = at_;
         while (at_ < text_.size() && text_[at_] != '=' && text_[at_] != '\n')
             ++at_;
-        key = upper(trimmed(text_.substr(start, at_ - start)));
+        key = upper_case(trimmed(text_.substr(start, at_ - start), blank));
         if (key == "END" || key.empty()) return false;
         if (key == "END_OBJECT" || key == "END_GROUP") {
             if (at_ < text_.size() && text_[at_] == '=') read_value(value);
@@ -105,7 +95,7 @@ private:
         }
         if (quote != 0) fail("a text without its closing quote");
         if (depth > 0) fail("a list without its closing bracket");
-        value = std::string(trimmed(text_.substr(start, at_ - start)));
+        value = std::string(trimmed(text_.substr(start, at_ - start), blank));
     }
 
     const std::filesystem::path& file_;
@@ -125,7 +115,7 @@ PdsLabel::PdsLabel(const std::filesystem::path& file) : file_(file) {
     std::string key, value;
     while (scanner.next(key, value)) {
         if (key == "OBJECT" || key == "GROUP") {
-            objects.push_back(upper(bare(value)));
+            objects.push_back(upper_case(bare(value)));
             if (objects.size() > 32) scanner.fail("objects nested deeper than 32");
         } else if (key == "END_OBJECT" || key == "END_GROUP") {
             if (objects.empty()) scanner.fail(key + " without a beginning");
@@ -177,7 +167,7 @@ double PdsLabel::number(std::string_view key, double fallback) const {
 }
 
 std::vector<std::string> PdsLabel::list(std::string_view key) const {
-    std::string_view inner = trimmed(text(key));
+    std::string_view inner = trimmed(text(key), blank);
     if (inner.empty() || (inner.front() != '(' && inner.front() != '{')) return {bare(inner)};
     inner = inner.substr(1, inner.size() - 2);
     std::vector<std::string> out;
@@ -200,7 +190,7 @@ std::string PdsLabel::unit(std::string_view key) const {
     const std::string& raw = text(key);
     const std::size_t open = raw.rfind('<'), end = raw.rfind('>');
     if (open == std::string::npos || end == std::string::npos || end < open) return {};
-    return upper(trimmed(std::string_view(raw).substr(open + 1, end - open - 1)));
+    return upper_case(trimmed(std::string_view(raw).substr(open + 1, end - open - 1), blank));
 }
 
 } // namespace obscura::images

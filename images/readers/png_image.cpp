@@ -23,19 +23,19 @@ static_assert(std::endian::native == std::endian::little, "png_set_swap turns bi
 }
 void on_warning(png_structp, png_const_charp) {}
 
-struct Reader {
+struct PngReader {
     png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
     png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
 
-    Reader() {
+    PngReader() {
         if (info == nullptr) {
             png_destroy_read_struct(&png, nullptr, nullptr);
             throw std::bad_alloc();
         }
     }
-    ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
-    Reader(const Reader&) = delete;
-    Reader& operator=(const Reader&) = delete;
+    ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
+    PngReader(const PngReader&) = delete;
+    PngReader& operator=(const PngReader&) = delete;
 };
 
 /// Calls `use` with a reader that has read the header and returns its result. Errors of libpng are thrown as
@@ -46,7 +46,7 @@ auto with_header_read(const std::filesystem::path& file, const Use& use) {
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
     if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
     try {
-        Reader r;
+        PngReader r;
         png_init_io(r.png, in.get());
         png_read_info(r.png, r.info);
         return use(r);
@@ -60,14 +60,14 @@ auto with_header_read(const std::filesystem::path& file, const Use& use) {
 } // namespace
 
 bool png_has_colours(const std::filesystem::path& file) {
-    return with_header_read(file, [](const Reader& r) {
+    return with_header_read(file, [](const PngReader& r) {
         return (png_get_color_type(r.png, r.info) & PNG_COLOR_MASK_COLOR) != 0;
     });
 }
 
 Image read_png_image(const std::filesystem::path& file, const std::string& plane) {
     const ColourChoice choice = colour_choice(file, plane);
-    return with_header_read(file, [&](const Reader& r) {
+    return with_header_read(file, [&](const PngReader& r) {
         const png_uint_32 width = png_get_image_width(r.png, r.info),
                           height = png_get_image_height(r.png, r.info);
         check_image_size(file, width, height);

@@ -2,7 +2,7 @@
 // Image metadata as named values (cards), independent of the file format.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 
 #include <cstdint>
 #include <span>

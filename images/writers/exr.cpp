@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/writers/exr.hpp"
 
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "images/writers/pending_file.hpp"
 
 #include <ImfChannelList.h>

@@ -2,7 +2,7 @@
 // Frame writer with selectable file format, for the file transport and the command line.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "images/writers/card.hpp"
 
 #include <array>
@@ -31,7 +31,7 @@ constexpr auto enum_names(FrameFormat /*type*/) {
 [[nodiscard]] std::string frame_file_name(std::uint64_t number, FrameFormat format);
 
 /// Loads the library that writes FITS files, which the first write would load otherwise
-/// (core/late_library.hpp). Call it at set-up, before memory is locked. Throws HardwareError.
+/// (core/io/late_library.hpp). Call it at set-up, before memory is locked. Throws HardwareError.
 void load_fits_writer();
 
 /// Writes `picture` to `file`. Throws OutputError.

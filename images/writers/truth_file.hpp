@@ -2,7 +2,7 @@
 // Ground truth of a frame per pixel and row, as a FITS file beside the frame.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "images/writers/card.hpp"
 
 #include <cstdint>

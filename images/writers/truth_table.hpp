@@ -2,8 +2,8 @@
 // Truth tables of a series of frames as one CSV or FITS file.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/scene_truth.hpp"
+#include "core/camera/frame.hpp"
+#include "core/camera/scene_truth.hpp"
 
 #include <cstdint>
 #include <filesystem>

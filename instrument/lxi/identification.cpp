@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/lxi/identification.hpp"
 
-#include "instrument/markup.hpp"
+#include "core/text/text.hpp"
 
 #include <fmt/format.h>
 

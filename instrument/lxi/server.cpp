@@ -18,7 +18,7 @@ namespace obscura::instrument {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int look_ms = 200;
+constexpr int lxi_poll_interval_ms = 200;
 
 std::string host_name() {
     std::array<char, 256> name{};
@@ -37,7 +37,7 @@ LxiServer::LxiServer(service::Listener listener, std::string version, std::uint1
 void LxiServer::accept() {
     FileDescriptor socket = listener_.accept();
     // Without a descriptor for it the client waits on: not to be tried without a pause.
-    if (!socket) std::this_thread::sleep_for(std::chrono::milliseconds(look_ms / 4));
+    if (!socket) std::this_thread::sleep_for(std::chrono::milliseconds(lxi_poll_interval_ms / 4));
     if (socket && admission_.admits_peer(socket.get(), "LXI") && clients_.size() < most_clients)
         clients_.push_back({std::move(socket), {}, Clock::now() + patience});
 }
@@ -67,7 +67,7 @@ void LxiServer::run(const std::function<bool()>& stopped) {
         std::vector<pollfd> watched{{listener_.socket(), POLLIN, 0}};
         for (const Client& client : clients_)
             watched.push_back({client.socket.get(), POLLIN, 0});
-        ::poll(watched.data(), watched.size(), look_ms);
+        ::poll(watched.data(), watched.size(), lxi_poll_interval_ms);
         const Clock::time_point now = Clock::now();
         std::size_t place = 0;
         std::erase_if(clients_, [&](Client& client) {

@@ -2,8 +2,8 @@
 // HTTP server of the LXI identification document: one answer a connection, and nothing else.
 #pragma once
 
-#include "core/file_descriptor.hpp"
-#include "instrument/admission.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "instrument/link/admission.hpp"
 #include "service/listener.hpp"
 
 #include <chrono>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/packets/descriptions.hpp"
 
-#include "instrument/markup.hpp"
+#include "core/text/text.hpp"
 #include "instrument/packets/space_packet.hpp"
 #include "instrument/packets/telecommands.hpp"
 #include "instrument/packets/telemetry.hpp"

@@ -2,7 +2,7 @@
 // Frame reports of the rows of the call `timing`: each frame once, and how many have none.
 #pragma once
 
-#include "instrument/daemon_link.hpp"
+#include "instrument/link/daemon_link.hpp"
 #include "instrument/packets/telemetry.hpp"
 
 #include <cstdint>

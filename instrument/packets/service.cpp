@@ -25,7 +25,7 @@
 namespace obscura::instrument {
 namespace {
 
-constexpr int look_ms = 50;
+constexpr int poll_interval_ms = 50;
 constexpr std::chrono::milliseconds report_period{100};
 constexpr std::chrono::seconds housekeeping_period{1};
 constexpr int most_commands = 32; ///< that are done before anything else is
@@ -242,7 +242,7 @@ void PacketService::serve_telemetry(const std::function<bool()>& stopped) {
 void PacketService::serve_telecommands(const std::function<bool()>& stopped) {
     while (!stopped()) {
         pollfd watched{receiver_.get(), POLLIN, 0};
-        ::poll(&watched, 1, look_ms);
+        ::poll(&watched, 1, poll_interval_ms);
         take_commands();
         settle_trigger();
     }

@@ -2,12 +2,12 @@
 // Space packets over UDP: sends telemetry of a daemon's cameras, and does telecommands.
 #pragma once
 
-#include "core/file_descriptor.hpp"
-#include "instrument/admission.hpp"
-#include "instrument/daemon_link.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "instrument/link/admission.hpp"
+#include "instrument/link/daemon_link.hpp"
+#include "instrument/link/recorded_link.hpp"
 #include "instrument/packets/frame_reports.hpp"
 #include "instrument/packets/telemetry.hpp"
-#include "instrument/recorded_link.hpp"
 
 #include <chrono>
 #include <cstddef>

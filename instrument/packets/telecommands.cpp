@@ -27,7 +27,7 @@ constexpr std::array<FieldState, 5> sources{
 constexpr std::array<std::string_view, sources.size()> source_words{"Software", "Line0", "Line1", "Line2",
                                                                     "Line3"};
 
-constexpr std::array<FieldInfo, 2> header{
+constexpr std::array<FieldInfo, 2> header_of_telecommands{
     {{"FUNCTION", FieldType::u8, "", "What is to be done"},
      {"CAMERA", FieldType::u8, "", "Number of the camera, from 0", {}, 0, 255}}};
 
@@ -42,7 +42,7 @@ std::span<const FieldState> command_results() {
 }
 
 std::span<const FieldInfo> telecommand_header() {
-    return header;
+    return header_of_telecommands;
 }
 
 const std::vector<PacketInfo>& telecommand_packets() {
@@ -88,14 +88,14 @@ std::optional<Telecommand> read_telecommand(std::span<const std::uint8_t> datagr
     command.sequence = primary->sequence;
     command.result = CommandResult::malformed;
     const std::span<const std::uint8_t> data = datagram.subspan(primary_header_bytes);
-    if (!primary->secondary_header || data.size() < header.size()) return command;
+    if (!primary->secondary_header || data.size() < header_of_telecommands.size()) return command;
     command.function = data[0];
     command.camera = data[1];
     if (command.function >= telecommand_packets().size()) {
         command.result = CommandResult::unknown;
         return command;
     }
-    std::size_t place = header.size();
+    std::size_t place = header_of_telecommands.size();
     for (const FieldInfo& field : telecommand_packets()[command.function].fields) {
         const std::size_t bytes = bytes_of(field.type);
         if (data.size() < place + bytes) return command;

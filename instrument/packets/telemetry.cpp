@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/packets/telemetry.hpp"
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "instrument/packets/space_packet.hpp"
 
 #include <cmath>
@@ -179,7 +179,7 @@ const std::array<Row<C>, 5> command_rows{{
      [](const C& c) -> FieldValue { return c.frame; }},
 }};
 
-constexpr std::array<FieldInfo, 3> header{
+constexpr std::array<FieldInfo, 3> header_of_telemetry{
     {{"TIME_CODE", T::u8, "", "P-field of the time code: 31, CUC since 1958 with 4 and 3 octets"},
      {"TIME_SECONDS", T::u32, "s", "When the packet was made, TAI since 1958"},
      {"TIME_FRACTION", T::u24, "", "and its fraction in 2^-24 s"}}};
@@ -198,9 +198,9 @@ std::vector<std::uint8_t> pack(const Rows& rows, const Source& source, std::uint
                                std::uint16_t& sequence, std::int64_t tai_ns) {
     const TimeCode time = time_code(tai_ns);
     ByteWriter out;
-    out.number(time_code_field, bytes_of(header[0].type));
-    out.number(time.seconds, bytes_of(header[1].type));
-    out.number(time.fraction, bytes_of(header[2].type));
+    out.number(time_code_field, bytes_of(header_of_telemetry[0].type));
+    out.number(time.seconds, bytes_of(header_of_telemetry[1].type));
+    out.number(time.fraction, bytes_of(header_of_telemetry[2].type));
     for (const auto& row : rows)
         out.number(encode(row.info.type, row.value(source)), bytes_of(row.info.type));
     const PacketHeader primary{false, true, apid, sequence};
@@ -211,7 +211,7 @@ std::vector<std::uint8_t> pack(const Rows& rows, const Source& source, std::uint
 } // namespace
 
 std::span<const FieldInfo> telemetry_header() {
-    return header;
+    return header_of_telemetry;
 }
 
 const std::vector<PacketInfo>& telemetry_packets() {

@@ -2,7 +2,7 @@
 // Telemetry packets: housekeeping, a report of each frame, a report of each command.
 #pragma once
 
-#include "instrument/camera_link.hpp"
+#include "instrument/link/camera_link.hpp"
 #include "instrument/packets/fields.hpp"
 #include "instrument/packets/telecommands.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of a camera: features by their SFNC names, short ones, acquisition, trigger, counters.
-#include "core/suggestion.hpp"
+#include "core/text/suggestion.hpp"
 #include "instrument/scpi/commands.hpp"
 #include "instrument/scpi/errors.hpp"
 #include "instrument/scpi/parameters.hpp"

@@ -2,7 +2,7 @@
 // Table of the SCPI commands: header, handlers, parameters and help.
 #pragma once
 
-#include "instrument/camera_link.hpp"
+#include "instrument/link/camera_link.hpp"
 #include "instrument/scpi/header_pattern.hpp"
 #include "instrument/scpi/message.hpp"
 #include "instrument/scpi/status.hpp"

@@ -2,7 +2,7 @@
 // Error numbers of SCPI-1999 (volume 2, chapter 21) that this instrument reports, with their texts.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

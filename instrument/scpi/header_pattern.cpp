@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/scpi/header_pattern.hpp"
 
+#include "core/text/text.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <system_error>
@@ -10,16 +12,6 @@ namespace {
 
 bool is_capital(char c) {
     return c >= 'A' && c <= 'Z';
-}
-
-char upper(char c) {
-    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-}
-
-std::string in_upper_case(std::string_view text) {
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(), upper);
-    return result;
 }
 
 std::string short_form_of(std::string_view pattern) {
@@ -45,7 +37,7 @@ HeaderPattern::HeaderPattern(std::string_view pattern) {
     Node node;
     const auto finish = [&] {
         if (name.empty()) return;
-        node.long_form = in_upper_case(name);
+        node.long_form = upper_case(name);
         node.short_form = short_form_of(name);
         nodes_.push_back(std::move(node));
         node = {};
@@ -90,8 +82,8 @@ std::optional<std::uint32_t> HeaderPattern::match(std::span<const std::string> h
 }
 
 bool is_form_of(std::string_view text, std::string_view pattern) {
-    const std::string given = in_upper_case(text);
-    return given == in_upper_case(pattern) || given == short_form_of(pattern);
+    const std::string given = upper_case(text);
+    return given == upper_case(pattern) || given == short_form_of(pattern);
 }
 
 } // namespace obscura::instrument

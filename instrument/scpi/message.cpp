@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/scpi/message.hpp"
 
+#include "core/text/text.hpp"
 #include "instrument/scpi/errors.hpp"
 
 #include <algorithm>
@@ -27,10 +28,6 @@ bool is_letter(char c) {
 bool is_word(char c) {
     return is_letter(c) || is_digit(c) || c == '_';
 }
-char upper(char c) {
-    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-}
-
 } // namespace
 
 void MessageParser::skip_blanks() {
@@ -46,7 +43,7 @@ std::string MessageParser::mnemonic() {
     if (place_ - begin > longest_mnemonic)
         throw ScpiError(ScpiCode::mnemonic_too_long, std::string(text_.substr(begin, longest_mnemonic)));
     std::string name(text_.substr(begin, place_ - begin));
-    std::transform(name.begin(), name.end(), name.begin(), upper);
+    std::transform(name.begin(), name.end(), name.begin(), upper_case_letter);
     return name;
 }
 
@@ -98,7 +95,7 @@ Parameter MessageParser::decimal() {
     const std::size_t mantissa_end = place_;
     std::string number(text_.substr(begin, place_ - begin));
     skip_blanks();
-    if (upper(peek()) == 'E') {
+    if (upper_case_letter(peek()) == 'E') {
         ++place_;
         skip_blanks();
         std::string exponent = "e";
@@ -129,14 +126,14 @@ Parameter MessageParser::decimal() {
         ++place_;
     if (place_ - suffix > longest_mnemonic) throw ScpiError(ScpiCode::invalid_suffix);
     result.suffix = text_.substr(suffix, place_ - suffix);
-    std::transform(result.suffix.begin(), result.suffix.end(), result.suffix.begin(), upper);
+    std::transform(result.suffix.begin(), result.suffix.end(), result.suffix.begin(), upper_case_letter);
     return result;
 }
 
 Parameter MessageParser::based_number() {
     ++place_; // "#"
     int base = 0;
-    switch (upper(peek())) {
+    switch (upper_case_letter(peek())) {
     case 'H':
         base = 16;
         break;

@@ -2,7 +2,7 @@
 // Values of SCPI data elements: integers, units, settings of a camera.
 #pragma once
 
-#include "instrument/camera_link.hpp"
+#include "instrument/link/camera_link.hpp"
 #include "instrument/scpi/message.hpp"
 
 #include <cstdint>

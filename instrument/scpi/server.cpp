@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/scpi/server.hpp"
 
-#include "instrument/recorded_link.hpp"
+#include "instrument/link/recorded_link.hpp"
 #include "instrument/scpi/line_reader.hpp"
 #include "instrument/scpi/session.hpp"
 
@@ -23,7 +23,7 @@ namespace obscura::instrument {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int look_ms = 200;
+constexpr int scpi_poll_interval_ms = 200;
 
 /// Finds a client that has gone without a word, within half a minute: its place is wanted.
 void watch_peer(int socket) {
@@ -36,10 +36,10 @@ void watch_peer(int socket) {
     set(IPPROTO_TCP, TCP_KEEPCNT, 4);
 }
 
-/// Whether the socket is ready for `what` within look_ms.
+/// Whether the socket is ready for `what` within scpi_poll_interval_ms.
 bool ready(int socket, short what) {
     pollfd one{socket, what, 0};
-    return ::poll(&one, 1, look_ms) > 0;
+    return ::poll(&one, 1, scpi_poll_interval_ms) > 0;
 }
 
 /// Sends all of `bytes`. False: the client has gone, does not read, or `ended` is true.
@@ -132,7 +132,7 @@ void ScpiServer::accept(const ScpiPort& port) {
     FileDescriptor socket = port.listener.accept();
     if (!socket) {
         // Without a descriptor for it the client waits on: not to be tried without a pause.
-        std::this_thread::sleep_for(std::chrono::milliseconds(look_ms / 4));
+        std::this_thread::sleep_for(std::chrono::milliseconds(scpi_poll_interval_ms / 4));
         return;
     }
     if (!admission_.admits_peer(socket.get(), "SCPI")) return; // closes it
@@ -166,7 +166,7 @@ void ScpiServer::run(const std::function<bool()>& stopped) {
     for (const ScpiPort& port : ports_)
         watched.push_back({port.listener.socket(), POLLIN, 0});
     while (!stopped()) {
-        if (::poll(watched.data(), watched.size(), look_ms) > 0)
+        if (::poll(watched.data(), watched.size(), scpi_poll_interval_ms) > 0)
             for (std::size_t i = 0; i < ports_.size(); ++i)
                 if (watched[i].revents != 0) accept(ports_[i]);
         bury(false);

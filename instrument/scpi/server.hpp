@@ -2,9 +2,9 @@
 // SCPI over TCP ("raw socket"): listening ports, and a thread for each client.
 #pragma once
 
-#include "core/file_descriptor.hpp"
-#include "instrument/admission.hpp"
-#include "instrument/daemon_link.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "instrument/link/admission.hpp"
+#include "instrument/link/daemon_link.hpp"
 #include "instrument/scpi/commands.hpp"
 #include "service/listener.hpp"
 

@@ -14,7 +14,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 /// Margin beyond the sensor within which directions are projected, for bodies and stars that reach in.
 constexpr double least_margin_px = 32;
 

@@ -18,7 +18,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int wavelengths_per_band = 8;
 constexpr std::size_t wing_entries = 2048;
 /// Memory limit for the tables of all field positions and bands.

@@ -2,8 +2,8 @@
 #include "renderer/camera/psf_file.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/input_file.hpp"
+#include "core/io/memory_budget.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>

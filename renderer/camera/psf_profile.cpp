@@ -9,7 +9,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// 2 J1(x) / x.
 double jinc(double x) {

@@ -2,7 +2,7 @@
 #include "renderer/camera/stray_light.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "images/image.hpp"
 #include "renderer/camera/psf_file.hpp"
 #include "renderer/lights/spectrum.hpp"

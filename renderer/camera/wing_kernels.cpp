@@ -9,7 +9,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Radii of a level, in its cells: fade-in from 4 to 8, of the level above from 8 to 16. Level 0 begins with
 /// the wings themselves.

@@ -2,8 +2,8 @@
 // Point splatter: stars and sub-pixel bodies, projected and spread over pixels by the PSF.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/region.hpp"
+#include "core/camera/frame.hpp"
+#include "core/camera/region.hpp"
 #include "renderer/camera/gaussian_psf.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"

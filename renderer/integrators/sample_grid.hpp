@@ -2,7 +2,7 @@
 // Shared sample grid: one camera ray per pixel, filtered by the PSF; for smooth regions.
 #pragma once
 
-#include "core/region.hpp"
+#include "core/camera/region.hpp"
 #include "renderer/camera/gaussian_psf.hpp"
 #include "renderer/packets/packet.hpp"
 

@@ -2,8 +2,8 @@
 // Stars of a block of rows: those near the field of view, and for each row those that may light it.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/region.hpp"
+#include "core/camera/frame.hpp"
+#include "core/camera/region.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/lights/star_field.hpp"
 #include "renderer/scene/scene.hpp"

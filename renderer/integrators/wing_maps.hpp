@@ -2,7 +2,7 @@
 // Wing maps at the key times of the rows of a request, kept for the requests that follow.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "renderer/integrators/wing_map.hpp"
 #include "renderer/world/key_times.hpp"
 

@@ -10,7 +10,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Regularised lower incomplete gamma function, by its series or continued fraction (Press et al.,
 /// Numerical Recipes, sect. 6.2).

@@ -2,6 +2,7 @@
 #include "renderer/lights/star_field.hpp"
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "renderer/lights/galaxy.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 
@@ -14,7 +15,6 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double mas = std::numbers::pi / (180 * 3600e3);
 /// Black bodies are tabulated by B-V in steps of 0.001 mag, those of a catalogue file.
 constexpr double bluest_b_v = -0.4, reddest_b_v = 2.5, steps_per_mag = 1000;
 
@@ -116,7 +116,7 @@ StarPlace StarField::place(std::uint32_t number) const {
     if (number < directions_.size()) return {directions_[number], {}, 0};
     const ephemeris::CatalogueStar star =
         file_->star(number - static_cast<std::uint32_t>(directions_.size()));
-    return {star.direction, ephemeris::proper_motion(star), star.parallax_mas * mas};
+    return {star.direction, ephemeris::proper_motion(star), star.parallax_mas * milliarcsecond};
 }
 
 void StarField::irradiance_of(std::uint32_t number, std::span<double> irradiance_w_m2) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/hapke.hpp"
 
+#include "core/units.hpp"
 #include "renderer/packets/vector_functions.hpp"
 
 #include <cmath>
@@ -8,11 +9,7 @@
 
 namespace obscura::renderer {
 
-namespace {
-
-constexpr double degree = std::numbers::pi / 180;
-
-} // namespace
+namespace {} // namespace
 
 scene::ParameterList declare(HapkeParameters& p) {
     return {

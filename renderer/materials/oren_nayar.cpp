@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/oren_nayar.hpp"
 
+#include "core/units.hpp"
+
 #include <cmath>
 #include <numbers>
 
 namespace obscura::renderer {
 
-namespace {
-
-constexpr double degree = std::numbers::pi / 180;
-
-} // namespace
+namespace {} // namespace
 
 scene::ParameterList declare(OrenNayarParameters& p) {
     return {

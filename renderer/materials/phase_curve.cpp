@@ -2,6 +2,7 @@
 #include "renderer/materials/phase_curve.hpp"
 
 #include "core/monotone_cubic.hpp"
+#include "core/units.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +13,6 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 /// Largest phase angle of the table: at 180 degrees a sphere shows no light, whatever f.
 constexpr double last_table_deg = 179;
 /// Steps of factor_: 0.06 degrees at opposition, 0.6 degrees at 168 degrees.

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/presets.hpp"
 
+#include "core/units.hpp"
 #include "renderer/materials/ggx.hpp"
 #include "renderer/materials/hapke.hpp"
 #include "renderer/materials/lambert.hpp"
 
-#include <numbers>
-
 namespace obscura::renderer {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180;
 
 HapkeParameters hapke(double w, double b, double c, double b0, double h, double roughness_deg) {
     HapkeParameters m;

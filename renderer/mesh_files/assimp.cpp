@@ -2,7 +2,8 @@
 #include "renderer/mesh_files/assimp.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
+#include "core/text/text.hpp"
 
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
@@ -132,13 +133,6 @@ private:
     TriangleMesh mesh_;
 };
 
-std::string lower_extension(const std::filesystem::path& file) {
-    std::string end = file.extension().string();
-    for (char& c : end)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return end;
-}
-
 /// Files beside the mesh file that hold a part of it: materials of OBJ, numbers of glTF.
 using Companions = std::vector<std::string>;
 
@@ -163,7 +157,7 @@ TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, b
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 80);
-    const std::string end = lower_extension(file);
+    const std::string end = lower_case(file.extension().string());
     int removed = aiComponent_COLORS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_BONEWEIGHTS |
                   aiComponent_ANIMATIONS | aiComponent_LIGHTS | aiComponent_CAMERAS;
     if (!normals || end == ".stl") removed |= aiComponent_NORMALS;

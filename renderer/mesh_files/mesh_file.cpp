@@ -2,8 +2,9 @@
 #include "renderer/mesh_files/mesh_file.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/input_file.hpp"
+#include "core/io/memory_budget.hpp"
+#include "core/text/text.hpp"
 #include "renderer/mesh_files/assimp.hpp"
 #include "renderer/mesh_files/obj.hpp"
 #include "renderer/mesh_files/plate.hpp"
@@ -19,13 +20,6 @@
 
 namespace obscura::renderer {
 namespace {
-
-std::string lower_extension(const std::filesystem::path& file) {
-    std::string end = file.extension().string();
-    std::transform(end.begin(), end.end(), end.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return end;
-}
 
 std::string text_of(const std::filesystem::path& file, const char* kind) {
     std::error_code error;
@@ -43,7 +37,7 @@ std::string text_of(const std::filesystem::path& file, const char* kind) {
 
 TriangleMesh read(const MeshFileParameters& description) {
     const std::filesystem::path file = description.path;
-    const std::string end = lower_extension(file);
+    const std::string end = lower_case(file.extension().string());
     if (end == ".tab" || end == ".plt")
         return parse_plates(text_of(file, "plate model"), file.string(), description.metres_per_unit);
     if (end == ".obj") {

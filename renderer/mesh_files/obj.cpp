@@ -14,9 +14,9 @@ namespace obscura::renderer {
 namespace {
 
 /// Splits a line into words, from the left.
-class Words {
+class ObjWords {
 public:
-    explicit Words(std::string_view line) : rest_(line) {}
+    explicit ObjWords(std::string_view line) : rest_(line) {}
 
     std::string_view next() {
         const auto begin = rest_.find_first_not_of(" \t\r");
@@ -31,13 +31,13 @@ private:
     std::string_view rest_;
 };
 
-class Parser {
+class ObjParser {
 public:
-    Parser(const std::string& name, double metres_per_unit) : name_(name), scale_(metres_per_unit) {}
+    ObjParser(const std::string& name, double metres_per_unit) : name_(name), scale_(metres_per_unit) {}
 
     void line(std::string_view text) {
         ++line_;
-        Words words(text.substr(0, text.find('#')));
+        ObjWords words(text.substr(0, text.find('#')));
         const std::string_view keyword = words.next();
         if (keyword == "v")
             vertex(words);
@@ -55,7 +55,7 @@ private:
         throw InputError(fmt::format("{}:{}: {}", name_, line_, what));
     }
 
-    void vertex(Words& words) {
+    void vertex(ObjWords& words) {
         double xyz[3];
         for (double& value : xyz) {
             const std::string_view word = words.next();
@@ -71,7 +71,7 @@ private:
             {static_cast<float>(xyz[0]), static_cast<float>(xyz[1]), static_cast<float>(xyz[2])});
     }
 
-    void face(Words& words) {
+    void face(ObjWords& words) {
         corners_.clear();
         for (std::string_view word = words.next(); !word.empty(); word = words.next())
             corners_.push_back(corner(word));
@@ -105,7 +105,7 @@ private:
 } // namespace
 
 TriangleMesh parse_obj(std::string_view text, const std::string& name, double metres_per_unit) {
-    Parser parser(name, metres_per_unit);
+    ObjParser parser(name, metres_per_unit);
     while (!text.empty())
         parser.line(take_line(text));
     return parser.finish();

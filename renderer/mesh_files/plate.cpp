@@ -25,9 +25,9 @@ std::vector<std::string_view> words_of(std::string_view line) {
     return words;
 }
 
-class Parser {
+class PlateParser {
 public:
-    Parser(const std::string& name, double metres_per_unit) : name_(name), scale_(metres_per_unit) {}
+    PlateParser(const std::string& name, double metres_per_unit) : name_(name), scale_(metres_per_unit) {}
 
     void line(std::string_view text) {
         ++line_;
@@ -155,7 +155,7 @@ private:
 } // namespace
 
 TriangleMesh parse_plates(std::string_view text, const std::string& name, double metres_per_unit) {
-    Parser parser(name, metres_per_unit);
+    PlateParser parser(name, metres_per_unit);
     while (!text.empty())
         parser.line(take_line(text));
     return parser.finish();

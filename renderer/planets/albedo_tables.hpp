@@ -4,7 +4,7 @@
 #pragma once
 
 #include "config/section.hpp"
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "terrain/maps/map_source.hpp"
 
 #include <array>

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/detail_parameters.hpp"
 
+#include "core/units.hpp"
 #include "terrain/detail/octaves.hpp"
 
 #include <fmt/format.h>
 
 #include <functional>
-#include <numbers>
 
 namespace obscura::renderer {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180;
 
 config::Keys keys_of(DetailParameters& d) {
     return {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/map_keys.hpp"
 
+#include "core/units.hpp"
+
 #include <fmt/format.h>
 
 #include <array>
-#include <numbers>
 #include <string>
 #include <string_view>
 
@@ -13,7 +14,6 @@ namespace {
 
 using terrain::ProjectionKind;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr std::array cylindrical_keys{"left_deg", "right_deg", "top_deg", "bottom_deg"};
 constexpr std::array corner_keys{"left_m", "top_m", "pixel_m"};
 

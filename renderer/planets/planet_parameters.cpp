@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/planet_parameters.hpp"
 
-#include "core/memory_budget.hpp"
+#include "core/io/memory_budget.hpp"
 #include "renderer/planets/rock_forms.hpp"
 #include "renderer/planets/terrain_shape.hpp"
 

@@ -2,8 +2,8 @@
 // Keys of a planet in a scene file and the shape that is made from them.
 #pragma once
 
-#include "core/enum_names.hpp"
 #include "core/geometry.hpp"
+#include "core/text/enum_names.hpp"
 #include "renderer/planets/albedo_tables.hpp"
 #include "renderer/planets/detail_parameters.hpp"
 #include "renderer/planets/height_tables.hpp"

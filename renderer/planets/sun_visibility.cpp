@@ -21,7 +21,7 @@ namespace {
 
 using terrain::tile_cells;
 
-constexpr std::size_t page = 4096;
+constexpr std::size_t visibility_page_bytes = 4096;
 /// How long frames that began before may still be under way.
 constexpr auto longest_frame = std::chrono::seconds(1);
 /// Sun by which it may differ from that of the frame before it is replaced, in steps: the loader makes that
@@ -104,7 +104,7 @@ std::uint32_t SunTile::pack(Vec3 v) {
 }
 
 std::size_t SunVisibility::slot_bytes() {
-    return (sizeof(SunTile) + page - 1) / page * page;
+    return (sizeof(SunTile) + visibility_page_bytes - 1) / visibility_page_bytes * visibility_page_bytes;
 }
 
 SunVisibility::SunVisibility(const SurfaceTiles& tiles, std::size_t slots)
@@ -137,7 +137,7 @@ void SunVisibility::give(const SunTile* tile) const {
     if (memory >= arena_ && memory < arena_ + slots_ * slot_bytes())
         free_.push_back(memory);
     else
-        ::operator delete (memory, std::align_val_t{page});
+        ::operator delete (memory, std::align_val_t{visibility_page_bytes});
 }
 
 void SunVisibility::release(SurfaceNode& node) const {
@@ -179,7 +179,7 @@ SunTile* SunVisibility::take(bool wait) const {
     });
     if (SunTile* const tile = from_free()) return tile;
     if (!wait) return nullptr;
-    return new (::operator new (sizeof(SunTile), std::align_val_t{page})) SunTile;
+    return new (::operator new (sizeof(SunTile), std::align_val_t{visibility_page_bytes})) SunTile;
 }
 
 bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait,

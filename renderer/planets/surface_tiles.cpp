@@ -19,7 +19,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr std::size_t page = 4096;
+constexpr std::size_t page_bytes = 4096;
 
 std::size_t stripe_of(terrain::TileKey key, std::size_t stripes) {
     const std::uint64_t mixed =
@@ -49,7 +49,7 @@ double LevelChoice::coarseness(const SurfaceNode& node) const {
 }
 
 std::size_t SurfaceTiles::slot_bytes() {
-    return (sizeof(SurfaceNode) + page - 1) / page * page;
+    return (sizeof(SurfaceNode) + page_bytes - 1) / page_bytes * page_bytes;
 }
 
 SurfaceTiles::SurfaceTiles(terrain::TileMaker maker, Settings settings)
@@ -111,7 +111,7 @@ void SurfaceTiles::release(SurfaceNode* node) const {
     if (slot < slots_) {
         free_.push_back(slot);
     } else {
-        ::operator delete (node, std::align_val_t{page});
+        ::operator delete (node, std::align_val_t{page_bytes});
         free_beyond_.push_back(slot);
         --beyond_;
     }
@@ -179,7 +179,7 @@ SurfaceNode* SurfaceTiles::take_slot() const {
         return node;
     }
     if (free_beyond_.empty()) throw std::bad_alloc();
-    void* const memory = ::operator new (sizeof(SurfaceNode), std::align_val_t{page});
+    void* const memory = ::operator new (sizeof(SurfaceNode), std::align_val_t{page_bytes});
     auto* const node = new (memory) SurfaceNode;
     node->slot = free_beyond_.back();
     free_beyond_.pop_back();

@@ -2,8 +2,8 @@
 // Light of the bodies in a rendered frame, and where the camera saw them, kept for reprojection.
 #pragma once
 
+#include "core/camera/region.hpp"
 #include "core/geometry.hpp"
-#include "core/region.hpp"
 #include "core/time.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/reprojection/kept_window.hpp"

@@ -2,7 +2,7 @@
 // Window of a frame whose light is kept for reprojection.
 #pragma once
 
-#include "core/region.hpp"
+#include "core/camera/region.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -3,7 +3,7 @@
 // rays.
 #pragma once
 
-#include "core/region.hpp"
+#include "core/camera/region.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/reprojection/kept_image.hpp"

@@ -2,10 +2,10 @@
 // Scene description as plain data: bodies, light sources, stars and the camera of a scene file.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/camera/intrinsics.hpp"
 #include "core/geometry.hpp"
-#include "core/intrinsics.hpp"
 #include "core/spectral_band.hpp"
+#include "core/text/enum_names.hpp"
 #include "core/time.hpp"
 #include "ephemeris/time/epoch.hpp"
 #include "renderer/scene/description.hpp"
@@ -86,7 +86,7 @@ struct Motion {
     bool inertial_axes = false;
 };
 
-/// Family of shapes: renderer/shapes/registry.hpp lists the kinds, each with a struct of its parameters.
+/// Family of shapes: renderer/registries/registry.hpp lists the kinds, each with a struct of its parameters.
 struct ShapeFamily;
 /// Shape of a body: kind and parameter values, lengths in metres in the body frame.
 using Shape = Description<ShapeFamily>;

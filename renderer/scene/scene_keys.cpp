@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/scene_keys.hpp"
 
-#include <numbers>
+#include "core/units.hpp"
+
 #include <utility>
 #include <vector>
 
@@ -9,7 +10,6 @@ namespace obscura::scene {
 namespace {
 
 constexpr double nano = 1e-9, micro = 1e-6, milli = 1e-3;
-constexpr double degree = std::numbers::pi / 180;
 
 /// Key of a flag that files write as one of two words.
 config::Key word_key(std::string_view name, bool* value, std::string_view off, std::string_view on) {

@@ -2,6 +2,7 @@
 #include "renderer/scene/star_catalogue.hpp"
 
 #include "config/csv.hpp"
+#include "core/units.hpp"
 #include "ephemeris/stars/star_file.hpp"
 
 #include <fmt/format.h>
@@ -64,7 +65,6 @@ std::optional<SpectralType> parse_spectral_type(std::string_view text) {
 }
 
 std::vector<scene::Star> read_stars(const std::filesystem::path& file, double limiting_magnitude) {
-    constexpr double degree = std::numbers::pi / 180;
     std::vector<scene::Star> stars;
     config::read_csv(file, star_columns, [&](const config::CsvRow& row) {
         const auto& v = row.values;

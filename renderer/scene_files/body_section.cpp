@@ -2,12 +2,12 @@
 #include "renderer/scene_files/body_section.hpp"
 
 #include "renderer/materials/registry.hpp"
+#include "renderer/registries/registry.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
-#include "renderer/shapes/registry.hpp"
 
 #include <fmt/format.h>
 
@@ -61,7 +61,7 @@ std::vector<ParameterTexture> textures_of(const ParameterList& parameters) {
 }
 
 /// `textures` must not move while the keys are used.
-config::Keys keys_of(std::vector<ParameterTexture>& textures) {
+config::Keys texture_keys(std::vector<ParameterTexture>& textures) {
     config::Keys keys;
     for (ParameterTexture& t : textures) {
         keys.push_back(config::key(t.file_key, config::Path{&t.file, true, true}).help(t.file_help));
@@ -249,7 +249,7 @@ void add_kinds(config::Section& section, Body& body, BodyKeys& read, const Shape
         section.keys.push_back(material.preset || by_image || by_normal_albedo ? optional(p.key) : p.key);
     }
     if (albedo_of(parameters) != nullptr) section.keys.push_back(normal_albedo_key(read.normal_albedo));
-    const config::Keys textures = keys_of(read.textures);
+    const config::Keys textures = texture_keys(read.textures);
     section.keys.insert(section.keys.end(), textures.begin(), textures.end());
 }
 
@@ -412,7 +412,7 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
             sections.back().keys.push_back(kind.preset ? optional(p.key) : p.key);
         if (albedo_of(parameters) != nullptr)
             sections.back().keys.push_back(normal_albedo_key(example.read.normal_albedo));
-        const config::Keys textures = keys_of(example.read.textures);
+        const config::Keys textures = texture_keys(example.read.textures);
         sections.back().keys.insert(sections.back().keys.end(), textures.begin(), textures.end());
     }
     return sections;

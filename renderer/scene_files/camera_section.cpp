@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/camera_section.hpp"
 
-#include "core/pixel_pitch.hpp"
+#include "core/camera/pixel_pitch.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/place_keys.hpp"

@@ -2,6 +2,7 @@
 #include "renderer/scene_files/place_keys.hpp"
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "ephemeris/trajectories/aem.hpp"
 #include "ephemeris/trajectories/oem.hpp"
 #include "renderer/scene/sampled_pose_path.hpp"
@@ -13,13 +14,10 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <utility>
 
 namespace obscura::scene {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180;
 
 config::Key file_attitude_key(PlaceKeys& s) {
     return config::key("attitude", config::Path{&s.attitude})

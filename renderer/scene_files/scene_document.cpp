@@ -4,7 +4,7 @@
 #include "config/section.hpp"
 #include "config/toml_text.hpp"
 #include "core/error.hpp"
-#include "core/suggestion.hpp"
+#include "core/text/suggestion.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 

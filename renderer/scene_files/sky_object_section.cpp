@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/sky_object_section.hpp"
 
+#include "core/units.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene_files/place_keys.hpp"
@@ -8,12 +9,9 @@
 
 #include <fmt/format.h>
 
-#include <numbers>
-
 namespace obscura::scene {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double arc_second = degree / 3600;
 
 /// Values of the keys of a sky object that are no members of SkyObject.

@@ -2,7 +2,7 @@
 #include "renderer/shapes/mesh_shape.hpp"
 
 #include "core/error.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/memory_budget.hpp"
 
 #include <fmt/format.h>
 

@@ -5,8 +5,8 @@
 #include "core/geometry.hpp"
 #include "core/spectral_band.hpp"
 #include "renderer/textures/texture.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "terrain/maps/coverage.hpp"
-#include "terrain/maps/map_frame.hpp"
 #include "terrain/surface_domain.hpp"
 
 #include <cstddef>

@@ -2,8 +2,8 @@
 #include "renderer/textures/paged_texture.hpp"
 
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/memory_budget.hpp"
+#include "core/realtime/log.hpp"
 #include "terrain/obt/half.hpp"
 #include "terrain/obt/obt_reduction.hpp"
 
@@ -19,8 +19,8 @@
 namespace obscura::renderer {
 
 using namespace terrain;
+using obt::stored_tile_edge;
 using obt::tile_count;
-using obt::tile_edge;
 using obt::tile_samples;
 
 namespace {
@@ -124,7 +124,7 @@ PagedTexture::PagedTexture(std::shared_ptr<const ObtFile> file, std::size_t cach
         std::vector<float> numbers(tile_count);
         obt::decode_numbers(m, tile.entry, tile.samples.data(), 0, tile_count, numbers.data());
         for (int row = 0; row < block.rows; ++row) {
-            const auto first = numbers.begin() + (row + obt::margin) * tile_edge + obt::margin;
+            const auto first = numbers.begin() + (row + obt::margin) * stored_tile_edge + obt::margin;
             block.samples.insert(block.samples.end(), first, first + block.columns);
         }
         for (std::size_t level = paged_levels_; level < levels_.size(); ++level) {
@@ -248,9 +248,9 @@ bool PagedTexture::add_texels(std::size_t level, const Pair& across, const Pair&
     const auto y0 = static_cast<std::size_t>(down.first - j * tile_samples + obt::margin);
     const std::size_t right = across.second == across.first ? 0 : 1,
                       below = down.second == down.first ? 0 : 1;
-    const std::size_t first = y0 * tile_edge + x0;
-    const std::array<std::size_t, 4> places{first, first + right, first + below * tile_edge,
-                                            first + below * tile_edge + right};
+    const std::size_t first = y0 * stored_tile_edge + x0;
+    const std::array<std::size_t, 4> places{first, first + right, first + below * stored_tile_edge,
+                                            first + below * stored_tile_edge + right};
     const std::uint64_t key = key_of(level, i, j);
     while (true) {
         Slot* const slot = cache_->find(key);

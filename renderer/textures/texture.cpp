@@ -2,7 +2,7 @@
 #include "renderer/textures/texture.hpp"
 
 #include "core/error.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/memory_budget.hpp"
 #include "images/image.hpp"
 #include "renderer/textures/paged_texture.hpp"
 #include "terrain/maps/memory_pyramid.hpp"

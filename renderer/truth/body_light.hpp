@@ -2,8 +2,8 @@
 // Light of bodies in a frame, from traced samples, for the truth table.
 #pragma once
 
+#include "core/camera/region.hpp"
 #include "core/geometry.hpp"
-#include "core/region.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/packets/packet.hpp"

@@ -14,10 +14,10 @@
 namespace obscura::renderer {
 namespace {
 
-/// Steps inwards in which the outermost surface is looked for, then divisions of the step where it is found,
-/// each by the rays of a packet: to 1e-12 of the radius.
+/// Steps inwards in which the outermost surface is looked for, then divisions of the step where it is
+/// found, each by the rays of a packet: to 1e-12 of the radius.
 constexpr int steps_inwards = 256;
-constexpr int divisions = 8;
+constexpr int curve_divisions = 8;
 
 Vec3 product(Vec3 a, Vec3 b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
@@ -95,7 +95,7 @@ std::optional<Vec3> outermost(const Shape& shape, const DetailView* detail, Vec3
     for (int i = 0; i < steps_inwards / packet_size && !found; ++i)
         found = narrow(rim / steps_inwards);
     if (!found) return std::nullopt;
-    for (int i = 0; i < divisions; ++i)
+    for (int i = 0; i < curve_divisions; ++i)
         narrow((outer - inner) / (packet_size + 1));
     return camera_m + distance_along(shape, camera_m, towards(inner), detail) * towards(inner);
 }

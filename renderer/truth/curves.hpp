@@ -2,7 +2,7 @@
 // Limb and terminator of a body as points in the body frame.
 #pragma once
 
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "renderer/truth/row_states.hpp"
 
 #include <cstddef>

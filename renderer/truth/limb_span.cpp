@@ -12,7 +12,7 @@ namespace {
 
 constexpr double whole_turn = 2 * std::numbers::pi;
 /// First parts of the turn, then of each of those that may be in the field: to 4e-4 rad.
-constexpr int first_parts = 64, parts_of_part = 16, divisions = 2;
+constexpr int first_parts = 64, parts_of_part = 16, span_divisions = 2;
 /// Larger gaps are left out.
 constexpr double least_gap_rad = whole_turn / 8;
 
@@ -71,7 +71,7 @@ std::optional<CurveSpan> limb_span(const TruthScene& scene, RowStates& states, s
     if (!search.point(0)) return whole;
     std::vector<Part> parts = divided(search, {{0, whole_turn}}, first_parts);
     if (parts.size() == first_parts) return whole;
-    for (int i = 0; i < divisions; ++i)
+    for (int i = 0; i < span_divisions; ++i)
         parts = divided(search, parts, parts_of_part);
     if (parts.empty()) return std::nullopt;
     // Leave out the largest gap, which may lie across the begin of the turn.

@@ -2,7 +2,7 @@
 // Overlay of a frame: where its bodies, their limbs and its stars are in the image, for those who look at it.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "renderer/camera/projection.hpp"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 // Row times of a frame and the poses at them: finds the row on which a moving object lands.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "renderer/camera/aberration.hpp"
 #include "renderer/camera/gaussian_psf.hpp"
 #include "renderer/camera/projection.hpp"

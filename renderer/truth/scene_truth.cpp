@@ -2,6 +2,7 @@
 #include "renderer/truth/scene_truth.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "core/units.hpp"
 #include "renderer/integrators/star_rows.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -290,7 +291,6 @@ private:
 
     /// Sets where a point of a body is on it.
     void set_point(TruthEntry& entry, std::size_t body, Vec3 point_m) const {
-        constexpr double degree = std::numbers::pi / 180;
         entry.point_m = point_m;
         const SurfaceTiles* const tiles = scene_.bodies[body].shape->tiles();
         if (tiles != nullptr && tiles->domain().is_plane()) return;

@@ -2,8 +2,8 @@
 // Truth table of a frame from the scene: stars, bodies, limbs, terminators and landmarks in its pixels.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/scene_truth.hpp"
+#include "core/camera/frame.hpp"
+#include "core/camera/scene_truth.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -10,7 +10,7 @@ namespace {
 /// Squared shares beyond this distance add nothing to the noise-equivalent area.
 constexpr double area_reach_px = 8;
 /// Steps along a streak.
-constexpr double step_px = 0.25;
+constexpr double signal_step_px = 0.25;
 
 /// Share of the light of a point in a pixel.
 class PointWeights {
@@ -58,10 +58,10 @@ PointImage image_of_point(const TruthScene& scene, ImagePoint at, ImagePoint str
     out.peak_share = peak;
     out.area_px = 1 / squares;
     const double length = std::hypot(streak.x, streak.y);
-    if (length < step_px) return out;
+    if (length < signal_step_px) return out;
     // The middle pixel and its neighbours see the part of the streak that is within reach of them.
     const double half = std::min(length / 2, weight.reach_px() + 2);
-    const int steps = std::max(1, static_cast<int>(std::ceil(2 * half / step_px)));
+    const int steps = std::max(1, static_cast<int>(std::ceil(2 * half / signal_step_px)));
     double brightest = 0;
     const auto column0 = static_cast<std::int32_t>(std::lround(at.x));
     const auto row0 = static_cast<std::int32_t>(std::lround(at.y));

@@ -13,7 +13,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double step_px = 0.5;
+constexpr double exposure_step_px = 0.5;
 
 double angle_between(const Quat& a, const Quat& b) {
     // The sine of half the angle, from the difference: accurate for the smallest angles.
@@ -118,7 +118,7 @@ double change_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
 
 Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most) {
     return {row, static_cast<std::uint32_t>(
-                     std::clamp(std::ceil(motion_px / step_px), 1.0, static_cast<double>(most)))};
+                     std::clamp(std::ceil(motion_px / exposure_step_px), 1.0, static_cast<double>(most)))};
 }
 
 double Exposure::time_s(std::uint32_t i) const {

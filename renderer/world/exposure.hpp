@@ -2,7 +2,7 @@
 // Image motion during an exposure, and the instants at which a row is therefore rendered.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/world/row_state.hpp"

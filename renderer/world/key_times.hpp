@@ -2,7 +2,7 @@
 // Key times: fixed instants between which what rows share is interpolated.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "core/time.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/scene/scene.hpp"

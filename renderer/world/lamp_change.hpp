@@ -2,7 +2,7 @@
 // How far the light of lamps moves over the bodies from one state of the scene to another.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/world/row_state.hpp"

@@ -16,7 +16,7 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 } // namespace
 

@@ -2,7 +2,7 @@
 // Table of the published client's commands (version 8): names, arguments, results and what they do.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

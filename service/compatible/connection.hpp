@@ -3,7 +3,7 @@
 // order.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/compatible/limits.hpp"
 #include "service/compatible/outbox.hpp"
 #include "service/compatible/request_reader.hpp"

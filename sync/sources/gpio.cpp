@@ -2,7 +2,7 @@
 #include "sync/sources/gpio.hpp"
 
 #include "sync/edge_trigger.hpp"
-#include "sync/gpio_line_name.hpp"
+#include "sync/inputs/gpio_line_name.hpp"
 #include "sync/settings.hpp"
 
 #include <stdexcept>

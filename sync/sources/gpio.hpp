@@ -2,7 +2,7 @@
 // Trigger source "gpio": edges of a GPIO line.
 #pragma once
 
-#include "sync/gpio_input.hpp"
+#include "sync/inputs/gpio_input.hpp"
 #include "sync/source_kind.hpp"
 
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sync/sources/pps.hpp"
 
-#include "sync/pps_input.hpp"
-#include "sync/pps_trigger.hpp"
+#include "sync/inputs/pps_input.hpp"
+#include "sync/inputs/pps_trigger.hpp"
 #include "sync/settings.hpp"
 
 namespace obscura::sync {

@@ -2,7 +2,7 @@
 #include "sync/sources/ptp.hpp"
 
 #include "sync/edge_trigger.hpp"
-#include "sync/ptp_input.hpp"
+#include "sync/inputs/ptp_input.hpp"
 #include "sync/settings.hpp"
 
 namespace obscura::sync {

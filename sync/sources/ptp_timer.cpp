@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sync/sources/ptp_timer.hpp"
 
-#include "sync/ptp_timer.hpp"
+#include "sync/inputs/ptp_timer.hpp"
 #include "sync/settings.hpp"
 
 #include <fmt/format.h>

@@ -2,8 +2,8 @@
 #include "sync/sources/udp.hpp"
 
 #include "sync/edge_trigger.hpp"
+#include "sync/inputs/udp_input.hpp"
 #include "sync/settings.hpp"
-#include "sync/udp_input.hpp"
 
 #include <stdexcept>
 

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terrain/detail/slope_table.hpp"
 
+#include "core/units.hpp"
 #include "terrain/detail/exact_math.hpp"
 #include "terrain/detail/gradient_noise.hpp"
 
 #include <algorithm>
 
 namespace obscura::terrain {
-namespace {
-
-constexpr double degree = std::numbers::pi / 180;
-
-} // namespace
+namespace {} // namespace
 
 SlopeTable::SlopeTable(std::span<const BaselineSlope> entries) {
     for (const BaselineSlope& entry : entries)

@@ -2,7 +2,7 @@
 // Roughness of a terrain as rms slope against baseline, and the octaves of noise that have it.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

@@ -2,7 +2,7 @@
 // Nested height sources of one terrain: patches over a base, with the statistics of their overlaps.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "terrain/height_layer.hpp"
 #include "terrain/maps/raster_layer.hpp"
 

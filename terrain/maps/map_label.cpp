@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
+#include "core/text/text.hpp"
+#include "core/units.hpp"
 #include "images/readers/geo_tiff.hpp"
 #include "images/readers/pds_label.hpp"
 #include "terrain/maps/map_source.hpp"
@@ -12,13 +14,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string_view>
 
 namespace obscura::terrain {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180;
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
     throw InputError(fmt::format("{}: {}", file.string(), what));
@@ -26,15 +25,10 @@ constexpr double degree = std::numbers::pi / 180;
 
 // PDS3, with the data elements of the Planetary Science Data Dictionary.
 
-std::string upper(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
-    return text;
-}
-
 MapLabel read_pds3(const std::filesystem::path& file, std::int64_t width, std::int64_t height) {
     const images::PdsLabel label(file);
     MapLabel map;
-    const std::string unit = upper(label.text("IMAGE.UNIT", ""));
+    const std::string unit = upper_case(label.text("IMAGE.UNIT", ""));
     map.scale_m = unit.starts_with("KM") || unit.starts_with("KILOMET") ? 1000 : 1;
     const double radius = pds3_radii_m(label).x;
     const double offset = label.number("IMAGE.OFFSET", 0) * map.scale_m;
@@ -48,7 +42,7 @@ MapLabel read_pds3(const std::filesystem::path& file, std::int64_t width, std::i
         refuse(file,
                fmt::format("a map in {} projection, allowed are SIMPLE CYLINDRICAL, EQUIRECTANGULAR and "
                            "POLAR STEREOGRAPHIC; `obscura import map` reads others",
-                           upper(label.text("IMAGE_MAP_PROJECTION.MAP_PROJECTION_TYPE")).substr(0, 60)));
+                           upper_case(label.text("IMAGE_MAP_PROJECTION.MAP_PROJECTION_TYPE")).substr(0, 60)));
     map.projection = place.projection;
     map.transform = place.transform;
     map.registration = place.registration;

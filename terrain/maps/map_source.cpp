@@ -2,7 +2,7 @@
 #include "terrain/maps/map_source.hpp"
 
 #include "core/error.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/memory_budget.hpp"
 #include "images/image.hpp"
 #include "terrain/maps/memory_pyramid.hpp"
 #include "terrain/obt/obt_file.hpp"

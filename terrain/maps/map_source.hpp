@@ -2,7 +2,7 @@
 // Raster of heights from a file: its samples, and its projection and unit from its label or from keys.
 #pragma once
 
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "terrain/maps/raster_layer.hpp"
 #include "terrain/surface_domain.hpp"
 

@@ -2,7 +2,7 @@
 // Overlap of a map with those below it: points at which they are compared, and the width of the blend.
 #pragma once
 
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "terrain/surface_domain.hpp"
 
 #include <cstdint>

@@ -2,6 +2,8 @@
 #include "terrain/maps/pds3_map.hpp"
 
 #include "core/error.hpp"
+#include "core/text/text.hpp"
+#include "core/units.hpp"
 #include "images/readers/pds_label.hpp"
 
 #include <fmt/format.h>
@@ -9,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 namespace obscura::terrain {
@@ -17,16 +18,10 @@ namespace {
 
 using images::PdsLabel;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 bool contains(const std::string& text, std::string_view part) {
     return text.find(part) != std::string::npos;
-}
-
-std::string upper(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
-    return text;
 }
 
 /// Sets the projection's spheroid: the longest axis and the third.
@@ -41,7 +36,9 @@ public:
     explicit ProjectionKeys(const PdsLabel& label) : label_(label) {}
 
     [[nodiscard]] bool present() const { return label_.has(key("MAP_PROJECTION_TYPE")); }
-    [[nodiscard]] std::string text(std::string_view name) const { return upper(label_.text(key(name), "")); }
+    [[nodiscard]] std::string text(std::string_view name) const {
+        return upper_case(label_.text(key(name), ""));
+    }
     [[nodiscard]] double number(std::string_view name) const {
         if (!label_.has(key(name))) return none;
         const std::string value = label_.text(key(name), "");

@@ -3,7 +3,7 @@
 // of the import.
 #pragma once
 
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -11,7 +11,7 @@ namespace obscura::terrain {
 namespace {
 
 /// The absolute weights of a cubic along an axis have sums of up to 1.25.
-constexpr double overshoot = (1.25 * 1.25 - 1) / 2;
+constexpr double cubic_overshoot = (1.25 * 1.25 - 1) / 2;
 
 } // namespace
 
@@ -27,7 +27,7 @@ PolarCap::PolarCap(double rows, const std::function<double(double distance, doub
     if (!exists_) return;
     const auto [least, largest] = std::minmax_element(nodes_.begin(), nodes_.end());
     const double over =
-        overshoot * (*largest - *least) + 1e-6 * std::max(std::abs(*least), std::abs(*largest));
+        cubic_overshoot * (*largest - *least) + 1e-6 * std::max(std::abs(*least), std::abs(*largest));
     range_ = {static_cast<float>(*least - over), static_cast<float>(*largest + over)};
 }
 

@@ -28,7 +28,7 @@ double columns_for(double aspect) {
 
 /// The weights of stretched and plain cubics across have absolute sums of up to 1.2688 and 1.25: a value
 /// exceeds its samples by at most (1.2688 * 1.25 - 1) / 2 of their range.
-constexpr double overshoot = 0.2931;
+constexpr double raster_overshoot = 0.2931;
 /// Of columns that are taken together.
 constexpr double overshoot_of_thinned = (1.2688 * ThinnedRows::most_weight - 1) / 2;
 
@@ -337,7 +337,7 @@ SampleRange Raster::range(const Area& area, Vec3 centre, double radius, double f
                                                   : block(0, x1 - turn, y0, y1);
         range = around_both(range, other);
     }
-    range = exceeded(range, thinned ? overshoot_of_thinned : overshoot);
+    range = exceeded(range, thinned ? overshoot_of_thinned : raster_overshoot);
     for (const Level& at : levels_) {
         if (first_cap && at.first_cap.exists()) range = around_both(range, at.first_cap.range());
         if (last_cap && at.last_cap.exists()) range = around_both(range, at.last_cap.range());

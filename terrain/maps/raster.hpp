@@ -2,7 +2,7 @@
 // Raster on a body, sampled at positions over footprints: cubic, across its seam and the poles.
 #pragma once
 
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "terrain/maps/polar_cap.hpp"
 #include "terrain/maps/thinned_rows.hpp"
 #include "terrain/sample_pyramid.hpp"

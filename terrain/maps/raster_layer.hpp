@@ -2,9 +2,9 @@
 // Heights from a raster, blended over those below it towards the edge of its samples.
 #pragma once
 
+#include "terrain/geometry/map_block.hpp"
 #include "terrain/height_layer.hpp"
 #include "terrain/maps/coverage.hpp"
-#include "terrain/maps/map_block.hpp"
 #include "terrain/maps/raster.hpp"
 #include "terrain/maps/slope_levels.hpp"
 

@@ -20,7 +20,7 @@ constexpr int row_bits(int halvings) {
     return halvings == 0 ? block_bits : 4;
 }
 /// About 9 MB.
-constexpr std::size_t most_blocks = 512;
+constexpr std::size_t max_read_blocks = 512;
 /// Largest stretch of the cubic, in samples.
 constexpr double most_stretch = 64;
 /// Where samples are missing, the sum of the weights that are left may be this share of the whole.
@@ -148,7 +148,7 @@ const float* Raster::Reader::stencil(const Columns& of, std::int64_t column, std
     // Columns and wider ones are asked for in turn.
     Last& last = last_[static_cast<std::size_t>(of.halvings % 2)];
     if (key != last.key) {
-        if (blocks_.size() > most_blocks) forget();
+        if (blocks_.size() > max_read_blocks) forget();
         const auto [at, fresh] = blocks_.try_emplace(key);
         if (fresh) try {
                 fill(of, block_x, block_y, at->second);
@@ -285,7 +285,7 @@ void Raster::Reader::sample(const MapBlock& block, std::span<const double> footp
                             std::span<double> out) {
     static constexpr std::array<float, static_cast<std::size_t>(4 * block_edge)> nothing{};
     // None is thrown out while others are looked up.
-    if (blocks_.size() + 2 * map_block_size > most_blocks) forget();
+    if (blocks_.size() + 2 * map_block_size > max_read_blocks) forget();
     // Of columns, and of the wider ones that these are blended with.
     StencilBlock stencils, wider;
     std::array<double, map_block_size> shares, rows, tops;

@@ -2,7 +2,7 @@
 // Mean squared slopes that the reduced levels of a height raster lose, per block of samples.
 #pragma once
 
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "terrain/sample_pyramid.hpp"
 
 #include <cstdint>

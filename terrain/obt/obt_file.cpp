@@ -23,8 +23,6 @@ namespace {
 constexpr std::size_t cached_blocks = 256; // 8 MiB
 constexpr float no_data = std::numeric_limits<float>::quiet_NaN();
 
-constexpr std::uint64_t low_48 = (std::uint64_t{1} << 48) - 1;
-
 } // namespace
 
 struct ObtFile::Caches {
@@ -204,8 +202,9 @@ void ObtFile::read(std::uint32_t plane, int level, std::int64_t x, std::int64_t 
                 continue;
             }
             for (int row = 0; row < h; ++row) {
-                const auto first = static_cast<std::size_t>(
-                    (y0 + row - j * tile_samples + margin) * tile_edge + (x0 - i * tile_samples) + margin);
+                const auto first =
+                    static_cast<std::size_t>((y0 + row - j * tile_samples + margin) * stored_tile_edge +
+                                             (x0 - i * tile_samples) + margin);
                 decode_values(metadata_, tile->entry, tile->samples.data(), first,
                               static_cast<std::size_t>(w), to + static_cast<std::ptrdiff_t>(row) * columns);
             }
@@ -301,10 +300,10 @@ void ObtFile::check_block(const BlockName& name, std::uint64_t place, std::uint3
                         decode_numbers(metadata_, tile.entry, tile.samples.data(), 0, tile_count,
                                        numbers.data());
                         const TileFacts facts = facts_of(metadata_, tile.entry);
-                        for (int row = margin; row < tile_edge - margin; ++row)
-                            for (int column = margin; column < tile_edge - margin; ++column) {
+                        for (int row = margin; row < stored_tile_edge - margin; ++row)
+                            for (int column = margin; column < stored_tile_edge - margin; ++column) {
                                 const auto v = static_cast<double>(
-                                    numbers[static_cast<std::size_t>(row * tile_edge + column)]);
+                                    numbers[static_cast<std::size_t>(row * stored_tile_edge + column)]);
                                 if (v < facts.least || v > facts.largest)
                                     throw InputError(fmt::format(
                                         "{}: {}: sample {} is outside of its range, {} "

@@ -11,7 +11,6 @@
 namespace obscura::terrain::obt {
 namespace {
 
-constexpr std::uint64_t low_48 = (std::uint64_t{1} << 48) - 1;
 constexpr std::uint8_t holes_bit = 0x80;
 
 } // namespace

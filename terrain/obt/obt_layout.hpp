@@ -4,8 +4,8 @@
 // All numbers are little endian. Bytes 0 to 4095 are the header, the next 12,288 hold the same as TOML for
 // people, padded with zeros. Then the tiles: coarsest level first, within a level in Morton order (column
 // bits in the even places) of the tiles that exist, the planes of a tile one after the other, each in a slot
-// of tile_edge * tile_edge samples, rounded up to 4096 bytes. Tiles without samples leave holes. Then the
-// blocks of the directory, and last the tiles of a lattice that hold f32.
+// of stored_tile_edge x stored_tile_edge samples, rounded up to 4096 bytes. Tiles without samples leave
+// holes. Then the blocks of the directory, and last the tiles of a lattice that hold f32.
 #pragma once
 
 #include "terrain/obt/obt_metadata.hpp"
@@ -28,9 +28,10 @@ inline constexpr std::uint32_t version = 1;
 inline constexpr std::size_t header_bytes = 4096, toml_bytes = 12288;
 inline constexpr std::uint64_t data_start = header_bytes + toml_bytes;
 /// Samples along a tile, those of the margin on each side, and both.
-inline constexpr int tile_samples = 256, margin = 2, tile_edge = tile_samples + 2 * margin;
-inline constexpr std::size_t tile_count = std::size_t{tile_edge} * tile_edge;
+inline constexpr int tile_samples = 256, margin = 2, stored_tile_edge = tile_samples + 2 * margin;
+inline constexpr std::size_t tile_count = std::size_t{stored_tile_edge} * stored_tile_edge;
 inline constexpr std::uint64_t page = 4096;
+inline constexpr std::uint64_t low_48 = (std::uint64_t{1} << 48) - 1;
 /// No file is larger.
 inline constexpr std::uint64_t most_bytes = std::uint64_t{1} << 60;
 

@@ -2,10 +2,10 @@
 // Description of a giant texture (.obt): what its samples are, and where they lie on a body.
 #pragma once
 
-#include "core/enum_names.hpp"
 #include "core/geometry.hpp"
-#include "terrain/maps/map_frame.hpp"
-#include "terrain/maps/projection.hpp"
+#include "core/text/enum_names.hpp"
+#include "terrain/geometry/map_frame.hpp"
+#include "terrain/geometry/projection.hpp"
 
 #include <array>
 #include <cstddef>

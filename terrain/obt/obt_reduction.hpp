@@ -2,7 +2,7 @@
 // Blocks of samples of one level of a raster, and their reduction to the next coarser level.
 #pragma once
 
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 
 #include <cstdint>
 #include <vector>

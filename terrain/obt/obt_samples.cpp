@@ -57,8 +57,8 @@ void set_bounds(double least, double largest, Entry& entry) {
         return index * tile_samples + static_cast<std::int64_t>(at) - margin;
     };
     throw InputError(fmt::format("{}: column {}, row {} of level {}, plane {}: {}", name,
-                                 place(tile.i, sample % tile_edge), place(tile.j, sample / tile_edge),
-                                 tile.level, tile.plane, why));
+                                 place(tile.i, sample % stored_tile_edge),
+                                 place(tile.j, sample / stored_tile_edge), tile.level, tile.plane, why));
 }
 
 template<typename Convert>

@@ -2,7 +2,7 @@
 #include "terrain/obt/obt_storage.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -2,7 +2,7 @@
 // Bytes of a giant texture over its shards on disk: FILE, FILE.001, FILE.002 and so on.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 
 #include <cstddef>
 #include <cstdint>

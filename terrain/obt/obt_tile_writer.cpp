@@ -16,8 +16,7 @@ using namespace obt;
 
 namespace {
 
-constexpr std::size_t most_blocks = 1024; // 32 MiB
-constexpr std::uint64_t low_48 = (std::uint64_t{1} << 48) - 1;
+constexpr std::size_t max_written_blocks = 1024; // 32 MiB
 
 /// Two independent 64-bit hashes of the content, marked as a UUID of version 8 (RFC 9562).
 ObtUuid uuid_of(std::span<const std::byte> header, const std::vector<std::vector<std::byte>>& roots) {
@@ -90,7 +89,7 @@ ObtTileWriter::ObtTileWriter(const std::filesystem::path& file, const ObtMetadat
 
 ObtTileWriter::Block& ObtTileWriter::block(const BlockName& name) {
     if (const auto it = blocks_.find(name); it != blocks_.end()) return it->second;
-    if (blocks_.size() >= most_blocks) {
+    if (blocks_.size() >= max_written_blocks) {
         flush();
         blocks_.clear();
     }
@@ -194,10 +193,10 @@ void ObtTileWriter::keep(const TileName& tile, const Entry& entry, std::span<con
             std::max(wide_end_, entry.slot + (sample_bytes(metadata_, entry) + page - 1) / page * page);
     double least = 1, largest = 0;
     if (tile.level == 0)
-        for (int row = margin; row < tile_edge - margin; ++row)
-            for (int column = margin; column < tile_edge - margin; ++column) {
+        for (int row = margin; row < stored_tile_edge - margin; ++row)
+            for (int column = margin; column < stored_tile_edge - margin; ++column) {
                 const auto v =
-                    static_cast<double>(numbers[static_cast<std::size_t>(row * tile_edge + column)]);
+                    static_cast<double>(numbers[static_cast<std::size_t>(row * stored_tile_edge + column)]);
                 if (std::isnan(v)) continue;
                 const bool first = least > largest;
                 least = first ? v : std::min(least, v);
@@ -217,7 +216,8 @@ void ObtTileWriter::read(std::uint32_t plane, int level, std::int64_t x, std::in
             const std::int64_t x1 = std::min(x + columns, (i + 1) * tile_samples);
             for (std::int64_t row = std::max(y, j * tile_samples);
                  row < std::min(y + rows, (j + 1) * tile_samples); ++row) {
-                const float* const from = numbers.data() + (row - j * tile_samples + margin) * tile_edge +
+                const float* const from = numbers.data() +
+                                          (row - j * tile_samples + margin) * stored_tile_edge +
                                           (x0 - i * tile_samples) + margin;
                 std::copy(from, from + (x1 - x0), out.data() + (row - y) * columns + (x0 - x));
             }
@@ -271,7 +271,8 @@ ObtMetadata ObtTileWriter::finish() {
             };
             for (std::int64_t j = 0; j < layout_.height(coarsest.level); ++j)
                 for (std::int64_t i = 0; i < layout_.width(coarsest.level); ++i) {
-                    const float v = numbers[static_cast<std::size_t>((j + margin) * tile_edge + i + margin)];
+                    const float v =
+                        numbers[static_cast<std::size_t>((j + margin) * stored_tile_edge + i + margin)];
                     if (std::isnan(v)) continue;
                     const double weight = cover(i, metadata_.width) * cover(j, metadata_.height);
                     sum += weight * static_cast<double>(v);

@@ -284,15 +284,16 @@ private:
     void cut(const SampleBlock& from, const TileName& tile, std::span<float> numbers) const {
         const std::int64_t x = tile.i * tile_samples - margin, y = tile.j * tile_samples - margin;
         const std::int64_t right = layout_.width(tile.level) - 1, bottom = layout_.height(tile.level) - 1;
-        const std::int64_t first = std::max<std::int64_t>(x, 0), last = std::min(x + tile_edge - 1, right);
-        for (std::int64_t row = 0; row < tile_edge; ++row) {
+        const std::int64_t first = std::max<std::int64_t>(x, 0),
+                           last = std::min(x + stored_tile_edge - 1, right);
+        for (std::int64_t row = 0; row < stored_tile_edge; ++row) {
             const std::int64_t at = std::clamp<std::int64_t>(y + row, 0, bottom);
             const float* const line = from.samples.data() + static_cast<std::size_t>(at - from.y) *
                                                                 static_cast<std::size_t>(from.columns);
-            float* const out = numbers.data() + row * tile_edge;
+            float* const out = numbers.data() + row * stored_tile_edge;
             std::fill(out, out + (first - x), line[first - from.x]);
             std::copy(line + (first - from.x), line + (last + 1 - from.x), out + (first - x));
-            std::fill(out + (last + 1 - x), out + tile_edge, line[last - from.x]);
+            std::fill(out + (last + 1 - x), out + stored_tile_edge, line[last - from.x]);
         }
     }
 

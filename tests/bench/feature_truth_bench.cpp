@@ -2,7 +2,7 @@
 // What listing the truth of a frame over ground with craters costs, as JSON on standard output: processor
 // time of a call of Renderer::list_truth(), craters listed. Usage: feature_truth_bench [SCENE-FILE [CALLS]];
 // without a file 640 x 640 pixels straight down from 600 km.
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "core/solar_spectrum.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/planets/planet_parameters.hpp"

@@ -7,7 +7,7 @@
 // Each device runs in a process of its own on the first core; the receiver, on the last, counts packets by
 // kernel time stamps and reads no pixel. "bare" is the cost of sendmmsg alone for the same datagrams.
 #include "core/clock.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/pattern_camera.hpp"
 #include "tests/support/private_network.hpp"

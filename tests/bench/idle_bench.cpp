@@ -2,7 +2,7 @@
 // Frames of the real-time scene without levels and at full level, for counting what the levels cost when they
 // are not needed. Usage: idle_bench hold|adapt FRAMES; tests/bench/idle_cost.py counts its instructions.
 #include "core/clock.hpp"
-#include "emulator/adaptive_frame.hpp"
+#include "emulator/render/adaptive_frame.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 
 #include <cstdio>

@@ -32,7 +32,7 @@ namespace {
 using namespace obscura;
 using namespace obscura::renderer;
 using terrain::obt::margin;
-using terrain::obt::tile_edge;
+using terrain::obt::stored_tile_edge;
 using terrain::obt::tile_samples;
 
 constexpr double radius_m = 1737400;
@@ -96,14 +96,14 @@ std::filesystem::path write_map(const std::filesystem::path& folder, std::int64_
         for (std::int64_t j = first(j0); j <= last(j0, down); ++j)
             for (std::int64_t i = first(i0); i <= last(i0, across); ++i) {
                 float least = 65535, largest = 0;
-                for (int y = 0; y < tile_edge; ++y)
-                    for (int x = 0; x < tile_edge; ++x) {
+                for (int y = 0; y < stored_tile_edge; ++y)
+                    for (int x = 0; x < stored_tile_edge; ++x) {
                         const double column = static_cast<double>(i * tile_samples + x - margin) + 0.5;
                         const double row = static_cast<double>(j * tile_samples + y - margin) + 0.5;
                         const Vec3 p = map.position({column * scale - 0.5, row * scale - 0.5});
                         const auto number =
                             static_cast<float>(std::round((height_m(p) - m.offset) / m.scale));
-                        numbers[static_cast<std::size_t>(y * tile_edge + x)] = number;
+                        numbers[static_cast<std::size_t>(y * stored_tile_edge + x)] = number;
                         least = std::min(least, number);
                         largest = std::max(largest, number);
                     }

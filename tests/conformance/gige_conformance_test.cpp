@@ -24,6 +24,8 @@
 #include <sstream>
 #include <thread>
 
+namespace gige_conformance_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using transports::gige::GigeCamera;
@@ -277,3 +279,5 @@ TEST_CASE("Wireshark's dissectors find no malformed packet") {
     CHECK(count("_ws.malformed") == 0);
     std::filesystem::remove(file);
 }
+
+} // namespace gige_conformance_test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzz target: bytes of a client of the web server, its request parser, and the router with queries and
 // bodies.
+#include "web/api/routes.hpp"
 #include "web/http_request.hpp"
-#include "web/routes.hpp"
 
 #include <chrono>
 #include <cstddef>

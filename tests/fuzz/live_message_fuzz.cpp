@@ -6,8 +6,8 @@
 // Input: width and height of the image, less one, then the message.
 #include "core/error.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
-#include "web/live_budget.hpp"
-#include "web/live_message.hpp"
+#include "web/live/live_budget.hpp"
+#include "web/live/live_message.hpp"
 
 #include <algorithm>
 #include <array>

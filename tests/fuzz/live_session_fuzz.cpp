@@ -2,10 +2,10 @@
 // libFuzzer target: what a client sends behind the handshake of /api/v1/live: frames of WebSocket, whole and
 // broken, and the messages in them. Whatever comes, the session ends with its connection and leaves no viewer
 // behind.
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
-#include "web/live_session.hpp"
-#include "web/web_figures.hpp"
+#include "web/live/live_session.hpp"
+#include "web/live/web_figures.hpp"
 
 #include <boost/asio/io_context.hpp>
 #include <sys/socket.h>

@@ -3,9 +3,9 @@
 // answers of ptp4l, trigger datagrams.
 //
 // Input: a byte that chooses the parser (and for PTP the data set), then the message.
-#include "emulator/simulator_protocol.hpp"
+#include "emulator/simulator/simulator_protocol.hpp"
+#include "sync/inputs/udp_input.hpp"
 #include "sync/ptp_management.hpp"
-#include "sync/udp_input.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 
 #include <algorithm>

@@ -16,11 +16,11 @@
 #include "emulator/control/timing_call.hpp"
 #include "emulator/control/truth_call.hpp"
 #include "emulator/monitor/frame_verbs.hpp"
-#include "emulator/monitor/monitor_socket.hpp"
+#include "host/monitor_connection.hpp"
 #include "service/failure.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
-#include "web/fields.hpp"
-#include "web/problem.hpp"
+#include "web/api/fields.hpp"
+#include "web/server/problem.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -59,7 +59,7 @@ void monitor_request(std::string_view text) {
         return rows;
     }();
     const MonitorAnswer answer = answer_request(verbs, text);
-    require(answer.text.size() <= monitor_answer_bytes && answer.descriptors.empty());
+    require(answer.text.size() <= host::monitor_answer_bytes && answer.descriptors.empty());
     require(answer.text.find('\n') == std::string::npos);
     require(ordered_json::parse(answer.text).is_object());
 }

@@ -8,7 +8,7 @@
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 #include "tools/import/stars/star_import.hpp"
-#include "tools/support/star_lists.hpp"
+#include "tools/pictures/star_lists.hpp"
 
 #include <cmath>
 #include <cstdint>

@@ -14,7 +14,7 @@
 #include "sensors/fits_map.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
-#include "tools/support/timing_report.hpp"
+#include "tools/timing/timing_report.hpp"
 #include "transports/stimulator/calibration_table.hpp"
 
 #include <cmath>

@@ -7,7 +7,7 @@
 #include "service/tokens.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
-#include "web/access.hpp"
+#include "web/server/access.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A daemon that acquires by itself (daemon.autostart) and clients that take its camera for a while.
-#include "emulator/daemon.hpp"
+#include "emulator/daemon/daemon.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
@@ -19,6 +19,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+namespace autostart_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -241,3 +243,5 @@ TEST_CASE("without autostart a camera keeps what its client has set and waits") 
     CHECK(next.real("ExposureTime") == 200.0);
     CHECK_FALSE(daemon.camera().acquiring());
 }
+
+} // namespace autostart_test

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+namespace bad_input_test {
+
 using namespace obscura::test;
 using namespace std::chrono_literals;
 
@@ -225,3 +227,5 @@ TEST_CASE("no camera there: exit 69") {
     CHECK(outcome.line.substr(0, 65) == "127.255.254.253: no GigE Vision camera answers on UDP port 3956: ");
     CHECK(outcome.status == 69);
 }
+
+} // namespace bad_input_test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole daemon inside the test, seen by an independent GigE Vision client (libaravis).
 #include "core/clock.hpp"
-#include "emulator/daemon.hpp"
-#include "sync/udp_input.hpp"
+#include "emulator/daemon/daemon.hpp"
+#include "sync/inputs/udp_input.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/integration/event_socket.hpp"
 #include "tests/integration/gige_client.hpp"
@@ -22,6 +22,8 @@
 #include <memory>
 #include <thread>
 #include <vector>
+
+namespace daemon_gige_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -627,3 +629,5 @@ TEST_CASE("obscura release takes control away from a client that holds the camer
     CHECK_THAT(daemon.process().err(),
                Catch::Matchers::ContainsSubstring("SIGUSR2: clients lose control of the cameras"));
 }
+
+} // namespace daemon_gige_test

@@ -14,6 +14,8 @@
 #include <filesystem>
 #include <numbers>
 
+namespace flight_image_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using namespace std::chrono_literals;
@@ -229,3 +231,5 @@ albedo = 0.37
     CHECK_THAT(report["i_over_f_scale"].get<double>() * report["reference_mean"].get<double>(),
                WithinRel(0.37, 5e-3));
 }
+
+} // namespace flight_image_test

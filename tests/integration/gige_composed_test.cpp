@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several sensor windows in one image: registers, description, leaders and chunks agree on its size, as seen
 // by libaravis and by GStreamer.
-#include "emulator/daemon.hpp"
+#include "emulator/daemon/daemon.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
@@ -15,6 +15,8 @@
 #include <iterator>
 #include <string>
 #include <vector>
+
+namespace gige_composed_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -307,3 +309,5 @@ TEST_CASE("GStreamer gets as many bytes as its caps say") {
     CHECK_THAT(gst.out(), Catch::Matchers::ContainsSubstring("height=(int)456"));
     CHECK(std::filesystem::file_size(file) == std::uintmax_t{frames} * 256 * 456);
 }
+
+} // namespace gige_composed_test

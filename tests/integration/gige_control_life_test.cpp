@@ -17,6 +17,8 @@
 #include <thread>
 #include <vector>
 
+namespace gige_control_life_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using namespace obscura::transports::gige;
@@ -179,3 +181,5 @@ TEST_CASE("a camera for looking at only can be read by everybody and written by 
     CHECK_FALSE(application.send(Command::action, {0, 0, 0xFFFFFFFF}, 200));
     CHECK_FALSE(bench.source.acquiring());
 }
+
+} // namespace gige_control_life_test

@@ -17,6 +17,8 @@
 #include <set>
 #include <thread>
 
+namespace gige_faults_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using namespace obscura::transports::gige;
@@ -352,3 +354,5 @@ TEST_CASE("a camera that does not answer and one that forgets its controller") {
         CHECK(camera.gige_counters().control_lost == 1);
     });
 }
+
+} // namespace gige_faults_test

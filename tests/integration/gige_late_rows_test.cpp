@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <string>
 
+namespace gige_late_rows_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -73,3 +75,5 @@ TEST_CASE("without repeated packets the client gives that frame up") {
     CHECK(r.status == ARV_BUFFER_STATUS_TIMEOUT);
     CHECK(r.repeated_packets == 0);
 }
+
+} // namespace gige_late_rows_test

@@ -15,6 +15,8 @@
 #include <sstream>
 #include <string>
 
+namespace gige_user_xml_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using namespace obscura::transports::gige;
@@ -263,3 +265,5 @@ TEST_CASE("The start-up line lists what is driven and what is not there") {
     CHECK(xml.read(address_of("SensorWidth"), word) == Status::invalid_address);
     CHECK(xml.read(0xC002, word) == Status::bad_alignment);
 }
+
+} // namespace gige_user_xml_test

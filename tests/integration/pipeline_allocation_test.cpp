@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // After start-up, threads with deadlines take nothing from the heap: trigger, pipeline, detector, release.
 #include "config/document.hpp"
-#include "core/realtime.hpp"
-#include "core/scene_truth.hpp"
-#include "emulator/assemble.hpp"
+#include "core/camera/scene_truth.hpp"
+#include "core/realtime/realtime.hpp"
+#include "emulator/camera/releaser.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "emulator/daemon.hpp"
-#include "emulator/releaser.hpp"
+#include "emulator/daemon/daemon.hpp"
+#include "emulator/unit/assemble.hpp"
 #include "sync/timer.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/allocation_guard.hpp"
@@ -35,6 +35,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+namespace pipeline_allocation_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -453,3 +455,5 @@ TEST_CASE("viewers, other scenes and faults make no real-time thread allocate") 
     CHECK(realtime + counts.realtime == 0);
     CHECK(counts.all > 0);
 }
+
+} // namespace pipeline_allocation_test

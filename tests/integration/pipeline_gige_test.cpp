@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole way of a frame: clock -> scene -> detector -> GigE Vision -> libaravis in another process, and
 // the same frames made again without any of that.
-#include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/unit/assemble.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"

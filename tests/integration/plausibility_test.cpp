@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What check, render and capture say about configurations that are valid but odd, and about sound ones.
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -16,6 +16,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+namespace plausibility_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -414,3 +416,5 @@ TEST_CASE("check --devices tries the sources of triggers") {
     // The scene alone needs nothing of the machine.
     CHECK(run(folder, {"check", "--devices", folder.path() / "scene.toml"}).status == 64);
 }
+
+} // namespace plausibility_test

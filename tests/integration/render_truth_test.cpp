@@ -22,6 +22,8 @@
 #include <string>
 #include <vector>
 
+namespace render_truth_test {
+
 using namespace obscura;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
@@ -217,3 +219,5 @@ up = [0, 0, 1]
     CHECK(measured > 30);
     CHECK(worst < 0.05);
 }
+
+} // namespace render_truth_test

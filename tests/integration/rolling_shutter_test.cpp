@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A star field that turns before a rolling shutter: every star where the time of its row puts it.
-#include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/unit/assemble.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -11,6 +11,8 @@
 #include <cmath>
 #include <numbers>
 #include <vector>
+
+namespace rolling_shutter_test {
 
 using namespace obscura;
 
@@ -148,3 +150,5 @@ TEST_CASE("a star field that turns at 1 deg/s is skewed as the times of the rows
     CHECK(unskewed[0] > 3.5);
     CHECK(unskewed[bands - 1] > 3.5);
 }
+
+} // namespace rolling_shutter_test

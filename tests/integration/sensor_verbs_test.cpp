@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <fstream>
 
+namespace sensor_verbs_test {
+
 using namespace obscura::test;
 using namespace std::chrono_literals;
 using Catch::Matchers::ContainsSubstring;
@@ -208,3 +210,5 @@ TEST_CASE("characterise finds gain and responsivity of a real CCD camera") {
     CHECK_THAT(report["parameters"]["responsivity"]["measured"].get<double>(), WithinRel(0.125, 0.03));
     CHECK(!report["parameters"]["gain"].contains("true"));
 }
+
+} // namespace sensor_verbs_test

@@ -16,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+namespace three_transports_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -208,3 +210,5 @@ TEST_CASE("a display pulled out and a node taken away do not disturb the transpo
     CHECK(bench.stimulator.counters().dropped > 0);
     client.execute("AcquisitionStop");
 }
+
+} // namespace three_transports_test

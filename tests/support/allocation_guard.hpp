@@ -6,9 +6,9 @@
 
 namespace obscura::test {
 
-/// Allocations so far in threads that declared themselves real-time (core/realtime.hpp), and in all threads,
-/// since the last reset. Every malloc family call and operator new of the program counts, of whatever
-/// library.
+/// Allocations so far in threads that declared themselves real-time (core/realtime/realtime.hpp), and in all
+/// threads, since the last reset. Every malloc family call and operator new of the program counts, of
+/// whatever library.
 struct AllocationCounts {
     std::uint64_t realtime = 0, all = 0;
 };

@@ -2,7 +2,7 @@
 // Client of the native protocol that sends what a test wants to send.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/limits.hpp"
 #include "service/message.hpp"
 #include "tests/support/catch.hpp"

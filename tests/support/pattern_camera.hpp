@@ -2,10 +2,10 @@
 // A camera made of numbers: obeys CameraControl and hands a transport frames whose every pixel is known.
 #pragma once
 
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
+#include "core/camera/frame.hpp"
+#include "core/camera/io_state.hpp"
 #include "core/clock.hpp"
-#include "core/frame.hpp"
-#include "core/io_state.hpp"
 #include "transports/transport.hpp"
 
 #include <atomic>

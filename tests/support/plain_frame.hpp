@@ -2,7 +2,7 @@
 // The description of a frame of one whole window, for tests that make frames of their own.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 
 namespace obscura::test {
 

@@ -2,7 +2,7 @@
 // A server on a thread of its own, and sockets of its clients.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/server.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"

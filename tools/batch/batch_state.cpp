@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/batch/batch_state.hpp"
 
-#include "tools/support/interrupt.hpp"
+#include "host/interrupt.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -51,7 +51,7 @@ void spread(std::uint64_t count, std::uint32_t threads, const F& work) {
     std::vector<std::exception_ptr> errors(std::max<std::uint32_t>(1, threads));
     const auto loop = [&](std::size_t thread) {
         try {
-            for (std::uint64_t i = 0; (i = next.fetch_add(1)) < count && !interrupted();)
+            for (std::uint64_t i = 0; (i = next.fetch_add(1)) < count && !host::interrupted();)
                 work(i);
         } catch (...) {
             errors[thread] = std::current_exception();

@@ -16,8 +16,8 @@ namespace {
 PlannedInput planned(const std::filesystem::path& file) {
     PlannedInput input;
     input.file = file.string();
-    input.whole = digest_of(file);
-    if (input.whole.bytes > sampled_above) input.sampled_sha256 = sampled_digest_of(file).sha256;
+    input.whole = host::digest_of(file);
+    if (input.whole.bytes > host::sampled_above) input.sampled_sha256 = host::sampled_digest_of(file).sha256;
     return input;
 }
 
@@ -28,7 +28,7 @@ PlannedInput planned(const std::filesystem::path& file) {
 
 void compare(const PlannedInput& input, InputCheck check) {
     const bool sampled = check == InputCheck::sampled && !input.sampled_sha256.empty();
-    const FileDigest now = sampled ? sampled_digest_of(input.file) : digest_of(input.file);
+    const host::FileDigest now = sampled ? host::sampled_digest_of(input.file) : host::digest_of(input.file);
     if (now.bytes != input.whole.bytes)
         changed(input.file, fmt::format("{} bytes instead of {}: changed", now.bytes, input.whole.bytes));
     if (now.sha256 != (sampled ? input.sampled_sha256 : input.whole.sha256))

@@ -2,7 +2,7 @@
 // Scene and assets of a batch: listing and hashing for the plan, and the check that they are still the same.
 #pragma once
 
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "tools/batch/plan.hpp"
 
 #include <filesystem>

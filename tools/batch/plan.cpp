@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view format_name = "obscura batch plan";
 constexpr std::int64_t format_version = 1;
 /// Of plan.json, which bounds the memory that a parsed one takes.
-constexpr std::uintmax_t most_bytes = std::uintmax_t{16} << 20;
+constexpr std::uintmax_t max_plan_bytes = std::uintmax_t{16} << 20;
 /// Largest whole number that JSON readers keep exactly.
 constexpr std::uint64_t most_exact = std::uint64_t{1} << 53;
 
@@ -29,7 +29,7 @@ Json json_of(const PlannedInput& input) {
 
 std::string digest_in(JsonFields& fields, std::string_view key) {
     std::string text = fields.text(key);
-    if (!is_sha256(text)) fields.refuse(key, "allowed are 64 hexadecimal digits, 0-9 and a-f");
+    if (!host::is_sha256(text)) fields.refuse(key, "allowed are 64 hexadecimal digits, 0-9 and a-f");
     return text;
 }
 
@@ -44,7 +44,7 @@ PlannedInput input_in(JsonFields fields) {
         fields.refuse("file", "has a control character");
     input.whole.bytes = fields.whole("bytes", 0, most_exact);
     input.whole.sha256 = digest_in(fields, "sha256");
-    if (input.whole.bytes > sampled_above) input.sampled_sha256 = digest_in(fields, "sampled_sha256");
+    if (input.whole.bytes > host::sampled_above) input.sampled_sha256 = digest_in(fields, "sampled_sha256");
     fields.end();
     return input;
 }
@@ -70,7 +70,7 @@ void read_render(JsonFields fields, Plan& plan) {
     options.window = fields.text("window");
     try {
         options.check();
-    } catch (const UsageError& error) {
+    } catch (const host::UsageError& error) {
         fields.refuse("size", error.what());
     }
     const auto whole = [&fields](std::string_view key, std::uint64_t least, std::uint64_t most) {
@@ -155,16 +155,17 @@ Plan parse_plan(std::string_view text, const std::string& name) {
     read_frames(fields.object("frames"), plan);
     read_shards(fields.object("shards"), plan);
     fields.end();
-    plan.id = sha256_of(text);
+    plan.id = host::sha256_of(text);
     return plan;
 }
 
 Plan read_plan(const std::filesystem::path& batch) {
     const std::filesystem::path file = batch / plan_name;
     std::error_code error;
-    if (const std::uintmax_t bytes = std::filesystem::file_size(file, error); !error && bytes > most_bytes)
+    if (const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+        !error && bytes > max_plan_bytes)
         throw InputError(
-            fmt::format("{}: {} bytes, allowed are at most {}", file.string(), bytes, most_bytes));
+            fmt::format("{}: {} bytes, allowed are at most {}", file.string(), bytes, max_plan_bytes));
     std::string text;
     if (const std::string why = config::read_text(file, text); !why.empty())
         throw InputError(

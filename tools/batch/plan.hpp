@@ -3,9 +3,9 @@
 // plan.json.
 #pragma once
 
-#include "tools/batch/sha256.hpp"
-#include "tools/support/render_options.hpp"
-#include "tools/support/scene_frames.hpp"
+#include "host/sha256.hpp"
+#include "tools/scene/render_options.hpp"
+#include "tools/scene/scene_frames.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -18,7 +18,7 @@ namespace obscura::tools {
 /// A file that the frames depend on.
 struct PlannedInput {
     std::string file; ///< absolute, without "..", "." and links
-    FileDigest whole;
+    host::FileDigest whole;
     std::string sampled_sha256; ///< sampled_digest_of(); empty up to `sampled_above`
 };
 

@@ -2,7 +2,7 @@
 #include "tools/batch/records.hpp"
 
 #include "core/error.hpp"
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "tools/batch/json_fields.hpp"
 
 #include <fcntl.h>
@@ -62,7 +62,7 @@ std::optional<FrameRecord> parse_record(std::string_view line) {
         record.host = fields.text("host");
         record.version = fields.text("version");
         record.plan = fields.text("plan");
-        if (!is_sha256(record.content.sha256)) return std::nullopt;
+        if (!host::is_sha256(record.content.sha256)) return std::nullopt;
         return record;
     } catch (const InputError&) {
         return std::nullopt;
@@ -132,7 +132,8 @@ std::string explain_not_done(const FrameRecord& record, const std::filesystem::p
         return fmt::format("{} bytes instead of {}", status.st_size, record.content.bytes);
     if (check == FrameCheck::hash) {
         try {
-            if (digest_of(file).sha256 != record.content.sha256) return "other bytes than recorded (SHA-256)";
+            if (host::digest_of(file).sha256 != record.content.sha256)
+                return "other bytes than recorded (SHA-256)";
         } catch (const InputError& error) {
             return error.what();
         }

@@ -18,7 +18,7 @@ namespace obscura::tools {
 struct FrameRecord {
     std::uint64_t frame = 0;
     std::string file; ///< name in the shard's folder
-    FileDigest content;
+    host::FileDigest content;
     double seconds = 0;              ///< of rendering and writing
     std::int64_t finished_s = 0;     ///< CLOCK_REALTIME
     std::string host, version, plan; ///< plan: Plan::id

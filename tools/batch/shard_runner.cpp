@@ -2,10 +2,10 @@
 #include "tools/batch/shard_runner.hpp"
 
 #include "core/error.hpp"
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "host/interrupt.hpp"
 #include "images/writers/pending_file.hpp"
 #include "renderer/scene_files/scene_file.hpp"
-#include "tools/support/interrupt.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -122,7 +122,7 @@ bool ShardRunner::run(std::uint64_t shard, const std::function<void()>& frame_do
     const FrameRange frames = plan_.frames_of(shard);
     bool first = true;
     for (std::uint64_t frame = frames.first; frame <= frames.last; ++frame) {
-        if (interrupted()) return false;
+        if (host::interrupted()) return false;
         if (is_done(records, frame)) {
             ++counts_.present;
         } else {
@@ -149,7 +149,7 @@ bool ShardRunner::render(const ShardRecords& records, std::uint64_t frame) {
     record.file = plan_.file_name(frame);
     TemporaryFrame file(records.folder(), record.file, host_);
     frames_->write(file.path(), plan_.format);
-    record.content = digest_of(file.path());
+    record.content = host::digest_of(file.path());
     inputs_->require_unchanged();
     file.commit();
     record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

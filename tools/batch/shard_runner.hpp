@@ -5,7 +5,7 @@
 #include "tools/batch/inputs.hpp"
 #include "tools/batch/plan.hpp"
 #include "tools/batch/records.hpp"
-#include "tools/support/scene_frames.hpp"
+#include "tools/scene/scene_frames.hpp"
 
 #include <cstdint>
 #include <filesystem>

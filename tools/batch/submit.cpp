@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/batch/submit.hpp"
 
-#include "tools/support/command_line.hpp"
+#include "host/command_line.hpp"
 
 #include <fmt/format.h>
 
@@ -100,8 +100,8 @@ std::vector<std::uint64_t> parse_ranges(std::string_view text, std::uint64_t end
             numbers.insert(i);
     }
     if (!good)
-        throw UsageError(fmt::format("{} \"{}\": allowed are numbers from 0 to {}, such as 7 or 0-9,12",
-                                     option, text.substr(0, 60), end - 1));
+        throw host::UsageError(fmt::format("{} \"{}\": allowed are numbers from 0 to {}, such as 7 or 0-9,12",
+                                           option, text.substr(0, 60), end - 1));
     return {numbers.begin(), numbers.end()};
 }
 

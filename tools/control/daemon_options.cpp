@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/daemon_options.hpp"
 
+#include "host/monitor_client.hpp"
 #include "tools/control/native_calls.hpp"
-#include "tools/support/monitor_client.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 
 namespace obscura::tools {
 
-void DaemonOptions::declare(CommandLine& line, Has has) {
+void DaemonOptions::declare(host::CommandLine& line, Has has) {
     if (has == Has::camera)
         line.number("--camera", &camera_, "N", "Number of the camera, where the daemon has several", 0, 1000);
     line.option("--socket", &socket_, "PATH",
@@ -24,9 +24,9 @@ void DaemonOptions::declare(CommandLine& line, Has has) {
 
 std::string DaemonOptions::control_address(std::string_view verb) const {
     if (!control_.empty()) return control_;
-    const CallJson state =
-        connect_to_daemon(fmt::format("obscura {}", verb), socket_).ask({{"verb", "state"}});
-    const CallJson daemon = state.value("daemon", CallJson::object());
+    const host::CallJson state =
+        host::connect_to_daemon(fmt::format("obscura {}", verb), socket_).ask({{"verb", "state"}});
+    const host::CallJson daemon = state.value("daemon", host::CallJson::object());
     const std::string address = daemon.value("control", std::string());
     if (address.empty())
         throw HardwareError(
@@ -35,10 +35,10 @@ std::string DaemonOptions::control_address(std::string_view verb) const {
     return address;
 }
 
-std::unique_ptr<DaemonCalls> DaemonOptions::connect(std::string_view verb, double patience_s) const {
+std::unique_ptr<host::DaemonCalls> DaemonOptions::connect(std::string_view verb, double patience_s) const {
     if (!url_.given()) return connect_natively(verb, control_address(verb), {patience_s, url_.token_file()});
     if (!control_.empty() || !socket_.empty())
-        throw UsageError(fmt::format("obscura {}: --url excludes --control and --socket", verb));
+        throw host::UsageError(fmt::format("obscura {}: --url excludes --control and --socket", verb));
     HttpOptions options = url_.http(verb);
     options.camera = camera_;
     options.patience_s = patience_s;

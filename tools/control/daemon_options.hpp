@@ -2,9 +2,9 @@
 // Options of verbs that call a daemon: which daemon, which camera, and who asks.
 #pragma once
 
-#include "tools/control/daemon_calls.hpp"
+#include "host/command_line.hpp"
+#include "host/daemon_calls.hpp"
 #include "tools/control/url_options.hpp"
-#include "tools/support/command_line.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -19,13 +19,14 @@ public:
     enum class Has : std::uint8_t { daemon, camera };
 
     /// Declares the options; `has`: whether the verb is about one camera.
-    void declare(CommandLine& line, Has has);
+    void declare(host::CommandLine& line, Has has);
     /// Connects as the options say: to an address, else to the only daemon of this machine. Calls may be
     /// silent for `patience_s`. Throws UsageError, HardwareError, CallError.
-    [[nodiscard]] std::unique_ptr<DaemonCalls> connect(std::string_view verb, double patience_s = 90) const;
+    [[nodiscard]] std::unique_ptr<host::DaemonCalls> connect(std::string_view verb,
+                                                             double patience_s = 90) const;
 
     /// Fields of a call about the chosen camera.
-    [[nodiscard]] CallJson fields() const { return {{"camera", camera_}}; }
+    [[nodiscard]] host::CallJson fields() const { return {{"camera", camera_}}; }
     [[nodiscard]] std::uint32_t camera() const noexcept { return camera_; }
     [[nodiscard]] const std::string& socket() const noexcept { return socket_; }
     /// The daemon is asked through obscura-web.

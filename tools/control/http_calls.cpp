@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/http_calls.hpp"
 
+#include "host/command_line.hpp"
 #include "tools/control/rest_client.hpp"
-#include "tools/support/command_line.hpp"
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "raw frames are copied as they come");
 
 /// Counts and instants that the interface writes as strings, since they may not fit a double.
-void make_numbers(CallJson& map) {
+void make_numbers(host::CallJson& map) {
     for (const char* const name : {"id", "number", "frame", "trigger", "edge_tai_ns", "mid_exposure_tai_ns",
                                    "row_mid_exposure_tai_ns"}) {
         const auto found = map.find(name);
@@ -32,21 +32,21 @@ void make_numbers(CallJson& map) {
     }
 }
 
-class HttpCalls final : public DaemonCalls {
+class HttpCalls final : public host::DaemonCalls {
 public:
     HttpCalls(std::string_view verb, const HttpOptions& options)
         : verb_(verb), camera_(options.camera), client_(verb, options) {
-        const CallJson state = daemon();
-        for (const CallJson& camera : state.at("cameras"))
+        const host::CallJson state = daemon();
+        for (const host::CallJson& camera : state.at("cameras"))
             ids_.push_back(camera.at("id").get<std::string>());
         choose(camera_);
     }
 
-    [[nodiscard]] CallAnswer call(std::string_view name, const CallJson& fields) override {
+    [[nodiscard]] host::CallAnswer call(std::string_view name, const host::CallJson& fields) override {
         client_.set_call(name);
         choose(fields.value("camera", camera_));
         if (name == "frame") return frame(fields);
-        CallJson answer = head(name, fields);
+        host::CallJson answer = head(name, fields);
         make_numbers(answer);
         return {std::move(answer)};
     }
@@ -55,19 +55,20 @@ private:
     /// The camera of the paths from now on.
     void choose(std::uint32_t camera) {
         if (camera >= ids_.size())
-            throw CallError("bad-argument", fmt::format("obscura {}: there is no camera {}, allowed 0 to {}",
-                                                        verb_, camera, static_cast<int>(ids_.size()) - 1));
+            throw host::CallError("bad-argument",
+                                  fmt::format("obscura {}: there is no camera {}, allowed 0 to {}", verb_,
+                                              camera, static_cast<int>(ids_.size()) - 1));
         path_ = "/api/v1/cameras/" + ids_[camera];
     }
 
-    CallJson head(std::string_view name, const CallJson& fields) {
+    host::CallJson head(std::string_view name, const host::CallJson& fields) {
         if (name == "state") return daemon();
         if (name == "events") return {{"events", client_.events(fields.value("after", std::uint64_t{0}))}};
         if (name == "camera.features") return client_.get(path_ + "/features");
         if (name == "camera.get") {
-            const CallJson answer = client_.get(path_ + "/features");
-            CallJson values = CallJson::object();
-            for (const CallJson& row : answer.at("features"))
+            const host::CallJson answer = client_.get(path_ + "/features");
+            host::CallJson values = host::CallJson::object();
+            for (const host::CallJson& row : answer.at("features"))
                 values[row.at("name").get<std::string>()] = row.at("value");
             return {{"values", std::move(values)}};
         }
@@ -77,7 +78,8 @@ private:
                                fields.at("values"));
         if (name == "camera.start") return {{"started", acquire(true)}};
         if (name == "camera.stop") return {{"stopped", acquire(false)}};
-        if (name == "camera.trigger") return client_.ask("POST", path_ + "/trigger", CallJson::object());
+        if (name == "camera.trigger")
+            return client_.ask("POST", path_ + "/trigger", host::CallJson::object());
         if (name == "timing")
             return client_.get(
                 fmt::format("{}/timing?after={}", path_, fields.value("after", std::uint64_t{0})));
@@ -91,7 +93,8 @@ private:
         if (name == "scene.list") return client_.get(path_ + "/scenes");
         if (name == "scene.show") return client_.ask("PUT", path_ + "/scene", {{"file", fields.at("file")}});
         if (name == "configuration") return client_.get(path_ + "/configuration");
-        throw CallError("unknown-call", fmt::format("obscura {}: {} does not go over --url", verb_, name));
+        throw host::CallError("unknown-call",
+                              fmt::format("obscura {}: {} does not go over --url", verb_, name));
     }
 
     bool acquire(bool running) {
@@ -99,17 +102,17 @@ private:
     }
 
     /// The newest state of the only daemon behind the server.
-    CallJson daemon() {
-        std::vector<CallJson> daemons = client_.states();
+    host::CallJson daemon() {
+        std::vector<host::CallJson> daemons = client_.states();
         if (daemons.size() > 1)
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura {}: {} daemons run behind that address: let obscura-web ask "
                             "one by its --socket",
                             verb_, daemons.size()));
         return std::move(daemons.front());
     }
 
-    CallAnswer frame(const CallJson& fields) {
+    host::CallAnswer frame(const host::CallJson& fields) {
         const auto after = fields.value("after", std::uint64_t{0}),
                    number = fields.value("number", std::uint64_t{0});
         constexpr double longest_wait_s = 30; // that the interface takes
@@ -124,8 +127,8 @@ private:
             };
             const HttpAnswer raw = client_.get_bytes(path("raw"));
             if (raw.status == 204)
-                throw CallError("not-now", fmt::format("obscura {}: none came in {} s", verb_, wait_s));
-            CallAnswer answer{client_.get(path("json"))};
+                throw host::CallError("not-now", fmt::format("obscura {}: none came in {} s", verb_, wait_s));
+            host::CallAnswer answer{client_.get(path("json"))};
             make_numbers(answer.head);
             const auto id = answer.head.at("id").get<std::uint64_t>();
             const auto tag = raw.headers.find("x-obscura-id");
@@ -155,10 +158,10 @@ private:
 
 } // namespace
 
-std::unique_ptr<DaemonCalls> connect_by_http(std::string_view verb, const HttpOptions& options) {
+std::unique_ptr<host::DaemonCalls> connect_by_http(std::string_view verb, const HttpOptions& options) {
     try {
         return std::make_unique<HttpCalls>(verb, options);
-    } catch (const CallJson::exception& error) {
+    } catch (const host::CallJson::exception& error) {
         throw HardwareError(fmt::format("obscura {}: the answer is not as expected: {}", verb, error.what()));
     }
 }

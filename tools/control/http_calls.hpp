@@ -2,7 +2,7 @@
 // Calls of a daemon through the REST interface of an obscura-web.
 #pragma once
 
-#include "tools/control/daemon_calls.hpp"
+#include "host/daemon_calls.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -21,6 +21,7 @@ struct HttpOptions {
 
 /// Asks the server for its daemon, which must be the only one behind it. Certificates are verified. `verb`
 /// stands in front of messages. Throws UsageError, HardwareError, CallError.
-[[nodiscard]] std::unique_ptr<DaemonCalls> connect_by_http(std::string_view verb, const HttpOptions& options);
+[[nodiscard]] std::unique_ptr<host::DaemonCalls> connect_by_http(std::string_view verb,
+                                                                 const HttpOptions& options);
 
 } // namespace obscura::tools

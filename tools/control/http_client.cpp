@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/http_client.hpp"
 
-#include "core/late_library.hpp"
-#include "tools/control/daemon_calls.hpp"
-#include "tools/support/command_line.hpp"
-#include "tools/support/interrupt.hpp"
+#include "core/io/late_library.hpp"
+#include "host/command_line.hpp"
+#include "host/daemon_calls.hpp"
+#include "host/interrupt.hpp"
 
 #include <curl/curl.h>
 #include <fmt/format.h>
@@ -73,7 +73,7 @@ std::size_t take_header(char* bytes, std::size_t size, std::size_t count, void* 
 }
 
 int give_up(void* /*context*/, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
-    return interrupted() ? 1 : 0;
+    return host::interrupted() ? 1 : 0;
 }
 
 } // namespace
@@ -82,14 +82,15 @@ HttpClient::HttpClient(std::string_view verb, std::string url, std::string token
                        const std::string& authority, double patience_s)
     : verb_(verb), url_(std::move(url)), token_(std::move(token)), handle_(nullptr) {
     if (url_.rfind("http://", 0) != 0 && url_.rfind("https://", 0) != 0)
-        throw UsageError(
+        throw host::UsageError(
             fmt::format("obscura {}: --url: \"{}\": allowed are https://HOST:PORT and http://HOST:PORT",
                         verb_, url_.substr(0, 100)));
     while (url_.ends_with('/'))
         url_.pop_back();
     if (std::any_of(token_.begin(), token_.end(),
                     [](char c) { return static_cast<unsigned char>(c) <= ' '; }))
-        throw UsageError(fmt::format("obscura {}: --url: the token has blanks or line ends in it", verb_));
+        throw host::UsageError(
+            fmt::format("obscura {}: --url: the token has blanks or line ends in it", verb_));
     const Library& curl = Library::get_it();
     handle_ = curl.init();
     if (handle_ == nullptr)
@@ -134,7 +135,7 @@ HttpAnswer HttpClient::ask(std::string_view method, const std::string& path, con
     curl.set(handle_, CURLOPT_CUSTOMREQUEST, reads ? static_cast<const char*>(nullptr) : word.c_str());
     const CURLcode code = curl.perform(handle_);
     curl.free_all(headers);
-    if (code == CURLE_ABORTED_BY_CALLBACK) throw Interrupted();
+    if (code == CURLE_ABORTED_BY_CALLBACK) throw host::Interrupted();
     if (code != CURLE_OK)
         throw HardwareError(fmt::format("obscura {}: {}: {}", verb_, url_, curl.reason(code)));
     curl.get(handle_, CURLINFO_RESPONSE_CODE, &answer.status);

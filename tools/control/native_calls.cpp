@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/native_calls.hpp"
 
+#include "host/call_client.hpp"
+#include "host/interrupt.hpp"
 #include "tools/control/daemon_options.hpp"
-#include "tools/support/call_client.hpp"
-#include "tools/support/interrupt.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -28,33 +28,34 @@ std::string line_of(std::string_view verb, std::string message) {
     return fmt::format("obscura {}: {}", verb, message);
 }
 
-class NativeCalls final : public DaemonCalls {
+class NativeCalls final : public host::DaemonCalls {
 public:
-    NativeCalls(std::string_view verb, const std::string& address, const CallClient::Options& options)
+    NativeCalls(std::string_view verb, const std::string& address, const host::CallClient::Options& options)
         : verb_(verb), client_(address, options) {}
 
-    [[nodiscard]] CallAnswer call(std::string_view name, const CallJson& fields) override {
+    [[nodiscard]] host::CallAnswer call(std::string_view name, const host::CallJson& fields) override {
         try {
             client_.begin(std::string(name), fields);
             while (true) {
-                if (std::optional<CallClient::Answer> answer = client_.wait(look_period_s))
+                if (std::optional<host::CallClient::Answer> answer = client_.wait(look_period_s))
                     return answer_of(*answer);
-                if (interrupted()) throw Interrupted();
+                if (host::interrupted()) throw host::Interrupted();
             }
-        } catch (const CallRefused& refused) {
+        } catch (const host::CallRefused& refused) {
             if (refused.code == "unknown-call")
-                throw CallError(refused.code, fmt::format("obscura {}: the daemon has no call {}: it is of "
-                                                          "another version than this program",
-                                                          verb_, name));
-            throw CallError(refused.code, refusal_line(verb_, name, refused.what(), refused.hint));
+                throw host::CallError(refused.code,
+                                      fmt::format("obscura {}: the daemon has no call {}: it is of "
+                                                  "another version than this program",
+                                                  verb_, name));
+            throw host::CallError(refused.code, refusal_line(verb_, name, refused.what(), refused.hint));
         } catch (const HardwareError& error) {
             throw HardwareError(line_of(verb_, error.what()));
         }
     }
 
 private:
-    static CallAnswer answer_of(CallClient::Answer& answer) {
-        CallAnswer out{std::move(answer.head)};
+    static host::CallAnswer answer_of(host::CallClient::Answer& answer) {
+        host::CallAnswer out{std::move(answer.head)};
         const auto pixels = answer.numbers("pixels");
         const auto shape = answer.shape("pixels");
         constexpr std::size_t longest = 65536;
@@ -66,26 +67,26 @@ private:
     }
 
     std::string verb_;
-    CallClient client_;
+    host::CallClient client_;
 };
 
 } // namespace
 
-std::unique_ptr<DaemonCalls> connect_natively(std::string_view verb, const std::string& address,
-                                              const NativeOptions& options) {
+std::unique_ptr<host::DaemonCalls> connect_natively(std::string_view verb, const std::string& address,
+                                                    const NativeOptions& options) {
     const bool is_path = address.find('/') != std::string::npos;
     if (is_path && ::access(address.c_str(), W_OK) != 0 && errno == EACCES)
-        throw CallError("forbidden",
-                        fmt::format("obscura {}: {}: only root, the daemon's user and members of its group "
-                                    "may (adduser NAME obscura)",
-                                    verb, address));
+        throw host::CallError(
+            "forbidden", fmt::format("obscura {}: {}: only root, the daemon's user and members of its group "
+                                     "may (adduser NAME obscura)",
+                                     verb, address));
     try {
         return std::make_unique<NativeCalls>(verb, address,
-                                             CallClient::Options{.timeout_s = options.patience_s,
-                                                                 .token_file = options.token_file,
-                                                                 .most_array_bytes = most_array_bytes});
-    } catch (const CallRefused& refused) {
-        throw CallError(refused.code, refusal_line(verb, "hello", refused.what(), refused.hint));
+                                             host::CallClient::Options{.timeout_s = options.patience_s,
+                                                                       .token_file = options.token_file,
+                                                                       .most_array_bytes = most_array_bytes});
+    } catch (const host::CallRefused& refused) {
+        throw host::CallError(refused.code, refusal_line(verb, "hello", refused.what(), refused.hint));
     } catch (const HardwareError& error) {
         throw HardwareError(line_of(verb, error.what()));
     }

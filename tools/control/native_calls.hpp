@@ -2,7 +2,7 @@
 // Calls of a daemon over the native protocol of its [control] sockets.
 #pragma once
 
-#include "tools/control/daemon_calls.hpp"
+#include "host/daemon_calls.hpp"
 
 #include <memory>
 #include <string>
@@ -17,7 +17,7 @@ struct NativeOptions {
 
 /// `address`: "HOST:PORT" or the path of a Unix socket. `verb` stands in front of messages. Throws
 /// HardwareError, CallError.
-[[nodiscard]] std::unique_ptr<DaemonCalls> connect_natively(std::string_view verb, const std::string& address,
-                                                            const NativeOptions& options);
+[[nodiscard]] std::unique_ptr<host::DaemonCalls>
+connect_natively(std::string_view verb, const std::string& address, const NativeOptions& options);
 
 } // namespace obscura::tools

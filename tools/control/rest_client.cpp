@@ -11,7 +11,7 @@ namespace obscura::tools {
 namespace {
 
 /// The word of docs/control.md for the answer of the server.
-std::string code_of(const HttpAnswer& answer, const CallJson& problem) {
+std::string code_of(const HttpAnswer& answer, const host::CallJson& problem) {
     const std::string type = problem.value("type", std::string());
     if (answer.status == 401 || answer.status == 403) return "forbidden";
     if (answer.status == 409) return type.ends_with(":not-now") ? "not-now" : "controlled";
@@ -25,11 +25,11 @@ std::string code_of(const HttpAnswer& answer, const CallJson& problem) {
 RestClient::RestClient(std::string_view verb, const HttpOptions& options)
     : verb_(verb), client_(verb, options.url, options.token, options.authority, options.patience_s) {}
 
-CallJson RestClient::get(const std::string& path) {
+host::CallJson RestClient::get(const std::string& path) {
     return parsed(get_bytes(path));
 }
 
-CallJson RestClient::ask(std::string_view method, const std::string& path, const CallJson& body) {
+host::CallJson RestClient::ask(std::string_view method, const std::string& path, const host::CallJson& body) {
     return parsed(checked(client_.ask(method, path, body.dump())));
 }
 
@@ -37,15 +37,15 @@ HttpAnswer RestClient::get_bytes(const std::string& path) {
     return checked(client_.ask("GET", path));
 }
 
-CallJson RestClient::parsed(const HttpAnswer& answer) const {
-    CallJson json = CallJson::parse(answer.body, nullptr, false);
+host::CallJson RestClient::parsed(const HttpAnswer& answer) const {
+    host::CallJson json = host::CallJson::parse(answer.body, nullptr, false);
     if (json.is_object()) return json;
     throw HardwareError(fmt::format("obscura {}: what answers there is no obscura-web", verb_));
 }
 
 HttpAnswer RestClient::checked(HttpAnswer answer) const {
     if (answer.status >= 200 && answer.status < 300) return answer;
-    const CallJson problem = CallJson::parse(answer.body, nullptr, false);
+    const host::CallJson problem = host::CallJson::parse(answer.body, nullptr, false);
     const bool told = problem.is_object() && problem.contains("detail") && problem["detail"].is_string();
     const std::string line = refusal_line(
         verb_, call_,
@@ -53,23 +53,23 @@ HttpAnswer RestClient::checked(HttpAnswer answer) const {
         answer.status == 401 ? "--token-file FILE, OBSCURA_TOKEN, or the whole link that obscura-web prints"
                              : "");
     if (!told || answer.status == 503) throw HardwareError(line);
-    throw CallError(code_of(answer, problem), line);
+    throw host::CallError(code_of(answer, problem), line);
 }
 
-std::vector<CallJson> RestClient::states() {
-    const CallJson answer = get("/api/v1/state");
-    std::vector<CallJson> states;
-    for (const CallJson& state : answer.at("daemons"))
+std::vector<host::CallJson> RestClient::states() {
+    const host::CallJson answer = get("/api/v1/state");
+    std::vector<host::CallJson> states;
+    for (const host::CallJson& state : answer.at("daemons"))
         states.push_back(state);
     if (states.empty())
         throw HardwareError(fmt::format("obscura {}: no daemon runs behind that address", verb_));
     return states;
 }
 
-std::vector<CallJson> RestClient::events(std::uint64_t after) {
-    const CallJson answer = get(fmt::format("/api/v1/events?follow=0&after={}", after));
-    std::vector<CallJson> events;
-    for (const CallJson& event : answer.at("events"))
+std::vector<host::CallJson> RestClient::events(std::uint64_t after) {
+    const host::CallJson answer = get(fmt::format("/api/v1/events?follow=0&after={}", after));
+    std::vector<host::CallJson> events;
+    for (const host::CallJson& event : answer.at("events"))
         events.push_back(event);
     return events;
 }

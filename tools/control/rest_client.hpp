@@ -2,7 +2,7 @@
 // Requests to the REST interface of an obscura-web, and its refusals as errors.
 #pragma once
 
-#include "tools/control/daemon_calls.hpp"
+#include "host/daemon_calls.hpp"
 #include "tools/control/http_calls.hpp"
 #include "tools/control/http_client.hpp"
 
@@ -21,16 +21,17 @@ public:
     /// Name of the call in progress, which messages of the daemon begin with.
     void set_call(std::string_view name) { call_ = name; }
 
-    [[nodiscard]] CallJson get(const std::string& path);
-    [[nodiscard]] CallJson ask(std::string_view method, const std::string& path, const CallJson& body);
+    [[nodiscard]] host::CallJson get(const std::string& path);
+    [[nodiscard]] host::CallJson ask(std::string_view method, const std::string& path,
+                                     const host::CallJson& body);
     /// The answer as it came, of status 200 to 299.
     [[nodiscard]] HttpAnswer get_bytes(const std::string& path);
-    [[nodiscard]] CallJson parsed(const HttpAnswer& answer) const;
+    [[nodiscard]] host::CallJson parsed(const HttpAnswer& answer) const;
 
     /// What the daemons behind the server do, as the verb `state` of their monitors tells it; one at least.
-    [[nodiscard]] std::vector<CallJson> states();
+    [[nodiscard]] std::vector<host::CallJson> states();
     /// Lines of their logs with numbers above `after`, oldest first.
-    [[nodiscard]] std::vector<CallJson> events(std::uint64_t after);
+    [[nodiscard]] std::vector<host::CallJson> events(std::uint64_t after);
 
 private:
     [[nodiscard]] HttpAnswer checked(HttpAnswer answer) const;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/saved_frame.hpp"
 
+#include "host/command_line.hpp"
 #include "images/writers/pending_file.hpp"
-#include "tools/support/command_line.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,22 +19,23 @@ FrameNames::FrameNames(std::string_view verb, const std::string& output, const s
     : output_(output), is_folder_(output.ends_with('/') || std::filesystem::is_directory(output)) {
     const std::string suffix = output_.extension().string();
     if (!is_folder_ && several)
-        throw UsageError(fmt::format("obscura {}: --output {}: for several frames a folder is wanted, as "
-                                     "{}/ with a slash at its end",
-                                     verb, output, output_.replace_extension().string()));
+        throw host::UsageError(
+            fmt::format("obscura {}: --output {}: for several frames a folder is wanted, as "
+                        "{}/ with a slash at its end",
+                        verb, output, output_.replace_extension().string()));
     // Said before a frame is waited for.
     if (const std::filesystem::path folder = output_.parent_path();
         !is_folder_ && !folder.empty() && !std::filesystem::is_directory(folder))
-        throw UsageError(
+        throw host::UsageError(
             fmt::format("obscura {}: --output {}: there is no folder {}", verb, output, folder.string()));
     const std::string wanted =
         is_folder_ ? (format.empty() ? "png" : format) : suffix.substr(suffix.empty() ? 0 : 1);
     if (!is_folder_ && !format.empty() && format != wanted)
-        throw UsageError(
+        throw host::UsageError(
             fmt::format("obscura {}: --format {} does not fit --output {}", verb, format, output));
     format_ = enum_named<images::FrameFormat>(wanted);
     if (!format_ && wanted != json_format)
-        throw UsageError(
+        throw host::UsageError(
             fmt::format("obscura {}: --output {}: allowed are files ending in .{}, .{}, or a folder", verb,
                         output, fmt::join(names_of_enum<images::FrameFormat>(), ", ."), json_format));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/url_options.hpp"
 
-#include "core/terminal_text.hpp"
+#include "core/text/terminal_text.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 
 namespace obscura::tools {
 
-void UrlOptions::declare(CommandLine& line, const std::string& token_help) {
+void UrlOptions::declare(host::CommandLine& line, const std::string& token_help) {
     line.option(
         "--url", &url_, "URL",
         "Ask the daemon behind an obscura-web on another machine, https://HOST:8420, or a link as obscura "

@@ -2,8 +2,8 @@
 // Options of verbs that ask a daemon through an obscura-web: its address, token and certificates.
 #pragma once
 
+#include "host/command_line.hpp"
 #include "tools/control/http_calls.hpp"
-#include "tools/support/command_line.hpp"
 
 #include <string>
 #include <string_view>
@@ -14,7 +14,7 @@ namespace obscura::tools {
 class UrlOptions {
 public:
     /// `token_help`: what else than the token of obscura-web stands in the file of --token-file.
-    void declare(CommandLine& line, const std::string& token_help = {});
+    void declare(host::CommandLine& line, const std::string& token_help = {});
     [[nodiscard]] bool given() const noexcept { return !url_.empty(); }
     [[nodiscard]] const std::string& token_file() const noexcept { return token_file_; }
 

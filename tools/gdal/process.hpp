@@ -2,7 +2,7 @@
 // Helper process obscura-gdal as seen from obscura: maps of many formats, read block by block.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "tools/gdal/protocol.hpp"
 
 #include <chrono>

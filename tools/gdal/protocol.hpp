@@ -2,7 +2,7 @@
 // Messages between obscura and its helper process obscura-gdal, over a pair of pipes.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstddef>

@@ -3,7 +3,8 @@
 
 #include "core/error.hpp"
 #include "core/geometry.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
+#include "core/units.hpp"
 #include "images/readers/pds_label.hpp"
 #include "tools/import/utc.hpp"
 
@@ -13,12 +14,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
 namespace obscura::tools {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180;
 
 // Camera (Hawkins et al. 1997, Space Sci. Rev. 82, 31; NEAR instrument kernel msi15): the boresight in
 // spacecraft axes, the focal length, and the pixels of the CCD, 16 um wide and 27 um high. Processing on the

@@ -3,7 +3,7 @@
 
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -3,11 +3,11 @@
 // FunctionFS.
 #include "core/error.hpp"
 #include "emulator/version.hpp"
+#include "host/command_line.hpp"
+#include "host/interrupt.hpp"
 #include "images/writers/png.hpp"
 #include "tools/stimulator-sim/functionfs.hpp"
 #include "tools/stimulator-sim/usb_gadget.hpp"
-#include "tools/support/command_line.hpp"
-#include "tools/support/interrupt.hpp"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -52,7 +52,7 @@ std::uint32_t checksum(std::span<const std::uint8_t> bytes) {
 class Simulator {
 public:
     bool parse(const std::vector<std::string>& arguments) {
-        CommandLine line;
+        host::CommandLine line;
         line.program = "obscura-";
         line.summary = "emulates a USB display (GUD), the reference device for the stimulator";
         line.description =
@@ -85,15 +85,16 @@ public:
         if (!line.parse("stimulator-sim", arguments)) return false;
         if (gadget_.name.empty() || gadget_.name.size() > max_gadget_name ||
             gadget_.name.find('/') != std::string::npos || gadget_.name.front() == '.')
-            throw UsageError(fmt::format("{}: --name: \"{}\", allowed 1 to {} characters without '/', the "
-                                         "first of them no '.'",
-                                         program, gadget_.name, max_gadget_name));
+            throw host::UsageError(
+                fmt::format("{}: --name: \"{}\", allowed 1 to {} characters without '/', the "
+                            "first of them no '.'",
+                            program, gadget_.name, max_gadget_name));
         std::int32_t width = 0, height = 0;
-        parse_size(size_, width, height);
+        host::parse_size(size_, width, height);
         if (width > static_cast<std::int32_t>(gud::max_dimension) ||
             height > static_cast<std::int32_t>(gud::max_dimension))
-            throw UsageError(fmt::format("{}: --size: \"{}\", allowed up to {} a side", program, size_,
-                                         gud::max_dimension));
+            throw host::UsageError(fmt::format("{}: --size: \"{}\", allowed up to {} a side", program, size_,
+                                               gud::max_dimension));
         display_.width = static_cast<std::uint16_t>(width);
         display_.height = static_cast<std::uint16_t>(height);
         display_.formats = {format_ == "R8"       ? gud::Format::r8
@@ -119,7 +120,7 @@ public:
                        display_.lz4 && !display_.full_update ? ", LZ4" : "",
                        display_.full_update ? ", whole frames" : "");
             if (gadget) gadget->bind();
-            device.run(interrupted);
+            device.run(host::interrupted);
             device.with_display([this](const GudDevice& display) {
                 fmt::print("end: {} updates, {} errors, screen crc {:08x}\n", display.status().received,
                            display.status().errors, checksum(display.screen()));
@@ -166,7 +167,7 @@ int main(int argc, char* argv[]) {
         }
         Simulator simulator;
         if (!simulator.parse({argv + 1, argv + argc})) return exit_ok;
-        catch_interrupts();
+        host::catch_interrupts();
         return simulator.run();
     } catch (const Error& error) {
         fmt::print(stderr, "{}\n", error.what());

@@ -4,16 +4,16 @@
 
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "images/writers/pending_file.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "tools/batch/inputs.hpp"
 #include "tools/batch/plan.hpp"
 #include "tools/batch/shard_runner.hpp"
 #include "tools/batch/submit.hpp"
-#include "tools/support/plausibility.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/report.hpp"
+#include "tools/check/plausibility.hpp"
+#include "tools/check/report.hpp"
+#include "tools/scene/progress.hpp"
 
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ namespace {
 
 class BatchPlan final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "divides the frames of a scene into shards for many machines";
         line.description =
             "Writes DIR/plan.json: the frames, the options that they are rendered with, the shards, and the "
@@ -96,7 +96,7 @@ public:
 
 private:
     [[noreturn]] void refuse_frames() const {
-        throw UsageError(
+        throw host::UsageError(
             fmt::format("obscura batch plan: --frames \"{}\": allowed is A:B with A < B, each 0 to "
                         "{}, for example 0:46000",
                         frames_.substr(0, 60), most_frames));
@@ -117,17 +117,18 @@ private:
             if (colon != std::string::npos) before = number(std::string_view(frames_).substr(0, colon));
             last = number(std::string_view(frames_).substr(colon == std::string::npos ? 0 : colon + 1));
         } else if (!options_.trajectory) {
-            throw UsageError("obscura batch plan: --frames is missing (try: obscura batch plan --help)");
+            throw host::UsageError(
+                "obscura batch plan: --frames is missing (try: obscura batch plan --help)");
         }
         if (before >= last) refuse_frames();
         if (options_.trajectory && last > scene.camera.motion.samples.size())
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura batch plan: --frames {}: the camera's trajectory has {} samples",
                             frames_, scene.camera.motion.samples.size()));
         plan.frames = {before + 1, last};
         plan.shard_frames = shard_frames_ > 0 ? shard_frames_ : usual_shard_frames(plan.frames.count());
         if (plan.shards() > most_shards)
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura batch plan: --shard {}: makes {} shards, allowed are at most {}",
                             shard_frames_, plan.shards(), most_shards));
     }
@@ -168,7 +169,7 @@ private:
 
 class BatchRun final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "renders shards of a batch, or what is missing of them";
         line.description =
             "Renders the frames of one or more shards that are not done yet: a frame is done if it has a "

@@ -10,7 +10,7 @@
 namespace obscura::tools {
 
 /// The operand of all verbs but plan.
-inline void declare_batch_folder(CommandLine& line, std::string& folder) {
+inline void declare_batch_folder(host::CommandLine& line, std::string& folder) {
     line.positional("DIR", &folder, "Folder of the batch, with plan.json");
 }
 

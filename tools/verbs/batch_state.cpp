@@ -3,12 +3,12 @@
 #include "tools/batch/batch_state.hpp"
 
 #include "core/error.hpp"
+#include "host/interrupt.hpp"
 #include "tools/batch/inputs.hpp"
 #include "tools/batch/shard_runner.hpp"
 #include "tools/batch/submit.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/report.hpp"
+#include "tools/check/report.hpp"
+#include "tools/scene/progress.hpp"
 #include "tools/verbs/batch.hpp"
 
 #include <fmt/format.h>
@@ -48,7 +48,7 @@ void add_span(Report& report, std::string_view key, std::string_view label, std:
 
 class BatchStatus final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "shows how far a batch is and how long it will take";
         line.description =
             "Reads the records of all shards and looks at the sizes of the frames' files. The time left is "
@@ -85,7 +85,7 @@ private:
 
 class BatchVerify final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "reads all frames of a batch and compares their SHA-256 with the records";
         line.description = "Prints a line for each frame whose file is missing or is not as recorded; "
                            "obscura batch run makes "
@@ -105,7 +105,7 @@ public:
         const Plan plan = read_plan(batch_);
         if (inputs_) (void)CheckedInputs(plan, InputCheck::whole);
         const BatchState state = batch_state(plan, batch_, FrameCheck::hash, std::time(nullptr), threads_);
-        if (interrupted()) return exit_interrupted;
+        if (host::interrupted()) return exit_interrupted;
         for (const BadFrame& bad : state.bad)
             fmt::print(stderr, "{}: frame {} {}\n", bad.file, bad.frame, bad.why);
         Report report;
@@ -123,7 +123,7 @@ private:
 
 class BatchSubmit final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "hands the unfinished shards of a batch to Slurm or GNU parallel";
         line.description =
             "Makes the command that runs obscura batch run for each unfinished shard, prints it, and "
@@ -151,7 +151,7 @@ public:
 
     int run() override {
         if (slurm_ == parallel_)
-            throw UsageError("obscura batch submit: allowed is one of --slurm and --parallel");
+            throw host::UsageError("obscura batch submit: allowed is one of --slurm and --parallel");
         const Plan plan = read_plan(batch_);
         const BatchState state = batch_state(plan, batch_, FrameCheck::size, std::time(nullptr));
         if (state.unfinished.empty()) {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura bench`: benchmark of rendering, detector, GigE Vision stream and trigger latency.
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "emulator/assemble.hpp"
+#include "core/realtime/log.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "emulator/daemon.hpp"
-#include "tools/support/bench_scene.hpp"
-#include "tools/support/bench_stream.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/receiver.hpp"
-#include "tools/support/report.hpp"
+#include "emulator/daemon/daemon.hpp"
+#include "emulator/unit/assemble.hpp"
+#include "host/interrupt.hpp"
+#include "tools/check/report.hpp"
+#include "tools/receive/bench_stream.hpp"
+#include "tools/receive/receiver.hpp"
+#include "tools/scene/bench_scene.hpp"
+#include "tools/scene/progress.hpp"
 #include "tools/verbs/verb.hpp"
 #include "transports/file/settings.hpp"
 #include "transports/gige/settings.hpp"
@@ -34,7 +34,7 @@ double ms_since(BenchClock::time_point start) {
 
 class Bench final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "measures rendering, detector, transmission and trigger latency";
         line.description =
             "Measures three parts: rendering and detector offline; the GigE Vision stream with frames "
@@ -115,7 +115,7 @@ private:
         const std::uint64_t samples = imaging.renderer->samples_taken();
         Progress progress("bench: imaging", 2 * frames_);
         for (std::uint64_t i = 1; i <= frames_; ++i) {
-            if (interrupted()) return false;
+            if (host::interrupted()) return false;
             request.frame_id = i;
             const auto start = BenchClock::now();
             imaging.renderer->render(request, light);
@@ -129,7 +129,7 @@ private:
         const auto traced = static_cast<double>(imaging.renderer->rays_traced() - rays);
         const auto sampled = static_cast<double>(imaging.renderer->samples_taken() - samples);
         for (std::uint64_t i = 1; i <= frames_; ++i) {
-            if (interrupted()) return false;
+            if (host::interrupted()) return false;
             const auto start = BenchClock::now();
             make(i);
             frame_ms.push_back(ms_since(start));
@@ -149,7 +149,7 @@ private:
                     percentile(figures.limited_ms, 50), "ms", 2);
         report_.add("transmit_unlimited_ms_p50", "transmit without limit, p50",
                     percentile(figures.unlimited_ms, 50), "ms", 2);
-        return !interrupted();
+        return !host::interrupted();
     }
 
     bool measure_camera(const emulator::DaemonConfig& config) {
@@ -163,7 +163,7 @@ private:
             receiver.start();
             Progress progress("bench: camera", frames_);
             std::vector<ReceivedFrame> frames;
-            while (received < frames_ && !interrupted()) {
+            while (received < frames_ && !host::interrupted()) {
                 const auto frame = receiver.receive(5.0);
                 daemon.tick();
                 if (!frame) break;
@@ -202,7 +202,7 @@ private:
                     "ms", 3);
         report_.add("trigger_to_complete_ms_p99", "trigger to complete, p99", percentile(to_complete, 99),
                     "ms", 3);
-        return !interrupted();
+        return !host::interrupted();
     }
 
     std::string config_;

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura capture`: offline rendering and detection of the frames that the daemon would send.
-#include "emulator/assemble.hpp"
+#include "emulator/camera/frame_truth.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "emulator/frame_truth.hpp"
+#include "emulator/unit/assemble.hpp"
+#include "host/interrupt.hpp"
+#include "host/irradiance_image.hpp"
 #include "images/writers/exr.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/truth_file.hpp"
 #include "renderer/camera/lens_cards.hpp"
-#include "tools/support/camera_file.hpp"
-#include "tools/support/camera_plausibility.hpp"
-#include "tools/support/frame_files.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/irradiance_image.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/quality_replay.hpp"
-#include "tools/support/report.hpp"
-#include "tools/support/truth_option.hpp"
+#include "tools/check/camera_plausibility.hpp"
+#include "tools/check/report.hpp"
+#include "tools/receive/frame_files.hpp"
+#include "tools/scene/camera_file.hpp"
+#include "tools/scene/progress.hpp"
+#include "tools/scene/truth_option.hpp"
+#include "tools/timing/quality_replay.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ namespace {
 
 class Capture final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "makes the frames of a camera offline: render and detector, no network";
         line.description =
             "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, "
@@ -103,7 +103,7 @@ public:
         std::uint64_t made = 0;
         {
             Progress progress("capture", frames_);
-            for (std::uint64_t id = first_; id < first_ + frames_ && !interrupted(); ++id) {
+            for (std::uint64_t id = first_; id < first_ + frames_ && !host::interrupted(); ++id) {
                 const auto start = std::chrono::steady_clock::now();
                 frame = {}; // the pool has one, which it empties
                 frame = imaging.pool->acquire();
@@ -204,7 +204,7 @@ private:
         }
         images::Cards cards = images::frame_cards(frame);
         cards.insert(cards.end(), lens.begin(), lens.end());
-        images::write_exr(file, plan.width, plan.height, irradiance_channels(image, bands), cards);
+        images::write_exr(file, plan.width, plan.height, host::irradiance_channels(image, bands), cards);
     }
 
     std::string config_, output_, intrinsics_, levels_;

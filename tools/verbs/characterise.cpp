@@ -4,9 +4,9 @@
 #include "core/error.hpp"
 #include "sensors/photometry.hpp"
 #include "sensors/sensor_file.hpp"
-#include "tools/support/characterise_camera.hpp"
-#include "tools/support/characterise_preset.hpp"
-#include "tools/support/characterise_series.hpp"
+#include "tools/characterise/characterise_camera.hpp"
+#include "tools/characterise/characterise_preset.hpp"
+#include "tools/characterise/characterise_series.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ namespace {
 
 class Characterise final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "measures a sensor after EMVA 1288: gain, noise, saturation, patterns";
         line.description =
             "Measures gain, noise, saturation capacity, linearity, DSNU, PRNU and dark current from "
@@ -76,10 +76,10 @@ public:
     int run() override {
         const std::string& address = camera_.series.receiver.address;
         if (int{preset_.empty()} + int{series_.empty()} + int{address.empty()} != 2)
-            throw UsageError(
+            throw host::UsageError(
                 "obscura characterise: exactly one of --preset, --series and --camera is wanted");
         if (camera_.dark && !(camera_.series.most_us > 0))
-            throw UsageError("obscura characterise: --dark needs --most-us, the longest exposure");
+            throw host::UsageError("obscura characterise: --dark needs --most-us, the longest exposure");
         Characterisation result;
         if (!address.empty()) {
             const CameraSeries series = take_camera_series(camera_.series);

@@ -2,15 +2,15 @@
 // Verb `obscura check`: validation and plausibility of a configuration, scene or sensor file.
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
-#include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/unit/assemble.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "sensors/sensor_file.hpp"
-#include "tools/support/camera_plausibility.hpp"
-#include "tools/support/device_check.hpp"
-#include "tools/support/report.hpp"
+#include "tools/check/camera_plausibility.hpp"
+#include "tools/check/device_check.hpp"
+#include "tools/check/report.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -59,7 +59,7 @@ FileKind kind_of(const std::filesystem::path& file) {
 
 class Check final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "checks a configuration, a scene or a sensor without starting anything";
         line.description =
             "Reads a daemon configuration with its sensor and scene files, or a scene file or sensor file "
@@ -96,10 +96,11 @@ public:
         const FileKind kind = scene_ ? FileKind::scene : kind_of(file_);
         for (const auto& [given, name] : {std::pair(print_, "--print"), std::pair(devices_, "--devices")})
             if (given && kind != FileKind::configuration)
-                throw UsageError(fmt::format("obscura check: {} goes with a configuration; {} is a {} file",
-                                             name, file_, kind == FileKind::scene ? "scene" : "sensor"));
+                throw host::UsageError(
+                    fmt::format("obscura check: {} goes with a configuration; {} is a {} file", name, file_,
+                                kind == FileKind::scene ? "scene" : "sensor"));
         if (print_ && (json_ || devices_))
-            throw UsageError("obscura check: --print goes without --json and --devices");
+            throw host::UsageError("obscura check: --print goes without --json and --devices");
         if (kind == FileKind::sensor) {
             const SensorDescription sensor = sensors::load_sensor(file_);
             return finish("sensor", fmt::format("sensor {}, {} x {} px", sensor.name, sensor.readout.width,

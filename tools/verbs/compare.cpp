@@ -3,18 +3,19 @@
 // matched stars of two lists.
 #include "core/error.hpp"
 #include "core/solar_spectrum.hpp"
+#include "core/units.hpp"
+#include "host/irradiance_image.hpp"
 #include "images/image.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/raw.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/scene_files/scene_file.hpp"
-#include "tools/support/figure.hpp"
-#include "tools/support/irradiance_image.hpp"
-#include "tools/support/pointing.hpp"
-#include "tools/support/preview.hpp"
-#include "tools/support/registration.hpp"
-#include "tools/support/report.hpp"
-#include "tools/support/star_lists.hpp"
+#include "tools/check/report.hpp"
+#include "tools/compare/pointing.hpp"
+#include "tools/compare/registration.hpp"
+#include "tools/pictures/figure.hpp"
+#include "tools/pictures/preview.hpp"
+#include "tools/pictures/star_lists.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -24,7 +25,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,7 +36,7 @@ namespace {
 
 class Compare final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "compares two images (shift, scale, correlation, residual) or two star lists";
         line.description =
             "Registers two images of the same size: finds the sub-pixel shift of the highest correlation "
@@ -121,12 +121,12 @@ public:
 
     int run() override {
         if (is_star_list(reference_) && is_star_list(image_)) return compare_lists();
-        const Stretch stretch = stretch_options_.parsed("compare");
+        const host::Stretch stretch = stretch_options_.parsed("compare");
         const Image reference = images::read_image(reference_, reference_plane_);
         Image image = images::read_image(image_, image_plane_);
         settings_.with_offset = !no_offset_;
         if (pointing_ && scene_file_.empty())
-            throw UsageError("obscura compare: --pointing needs --scene, for the camera");
+            throw host::UsageError("obscura compare: --pointing needs --scene, for the camera");
         std::optional<RenderedScene> rendered;
         if (!scene_file_.empty()) rendered.emplace(scene_of(image));
         std::optional<PointingFit> fit;
@@ -167,12 +167,11 @@ public:
     }
 
 private:
-    static constexpr double degree = std::numbers::pi / 180;
-
     int compare_lists() {
         for (const std::string& row : rows_)
             if (row.find('=') == std::string::npos)
-                throw UsageError(fmt::format("obscura compare: --rows {}: allowed is COLUMN=VALUE", row));
+                throw host::UsageError(
+                    fmt::format("obscura compare: --rows {}: allowed is COLUMN=VALUE", row));
         reference_list_.rows = image_list_.rows = rows_;
         const StarList reference = read_star_list(reference_, reference_list_);
         const StarList list = read_star_list(image_, image_list_);
@@ -250,7 +249,7 @@ private:
     /// Band of --image-plane: by the number of the plane or by the name of the channel; else the first.
     [[nodiscard]] SpectralBand band_of(const scene::Scene& scene) const {
         for (std::size_t i = 0; i < scene.bands.size(); ++i) {
-            const std::string name = band_name(scene.bands[i]);
+            const std::string name = host::band_name(scene.bands[i]);
             if (image_plane_ == std::to_string(i) || image_plane_.ends_with("." + name))
                 return scene.bands[i];
         }
@@ -324,14 +323,14 @@ private:
 
     /// Reference and image share one grey scale; the colours of the difference reach to four times its rms.
     void write_picture(const Image& reference, const Image& image, const Agreement& a,
-                       const Stretch& stretch) const {
+                       const host::Stretch& stretch) const {
         const Image residual = residual_image(reference, image, a);
         const auto n = static_cast<std::ptrdiff_t>(image.values.size());
         std::vector<float> both;
         for (const double v : reference.values)
             both.push_back(static_cast<float>(a.scale * v + a.offset));
         both.insert(both.end(), image.values.begin(), image.values.end());
-        const ToneCurve tone(stretch, both);
+        const host::ToneCurve tone(stretch, both);
         const ColourScale grey{ColourMap::grey, tone.black(), tone.white(), "both images",
                                [tone](double v) { return tone.level(v); }};
         const double reach = std::max(4 * a.residual_rms, 1e-300);

@@ -3,6 +3,7 @@
 #include "ephemeris/kernels/ephemeris.hpp"
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "ephemeris/kernels/apparent_place.hpp"
 #include "ephemeris/time/time_text.hpp"
 #include "tools/verbs/verb.hpp"
@@ -11,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,7 +22,6 @@ namespace {
 using namespace ephemeris;
 using Json = nlohmann::ordered_json;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double m_per_km = 1000;
 /// More rows are a mistake in --step.
 constexpr double most_rows = 1e6;
@@ -44,7 +43,7 @@ Json intervals_json(const std::vector<Interval>& covered) {
 
 class EphemerisVerb final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "lists what SPICE kernels cover, and where bodies are over time";
         line.description =
             "Reads SPICE kernels: SPK of types 1, 2, 3, 9, 13 and 21, binary PCK, CK of type 3 (either byte "
@@ -79,16 +78,16 @@ public:
     }
 
     int run() override {
-        if (csv_ && json_) throw UsageError("obscura ephemeris: --csv and --json exclude each other");
+        if (csv_ && json_) throw host::UsageError("obscura ephemeris: --csv and --json exclude each other");
         const Ephemeris kernels({kernels_.begin(), kernels_.end()});
         if (target_.empty()) {
-            if (!time_.empty()) throw UsageError("obscura ephemeris: --time needs --target");
+            if (!time_.empty()) throw host::UsageError("obscura ephemeris: --time needs --target");
             json_ ? list_json(kernels) : list(kernels);
             return exit_ok;
         }
-        if (time_.empty()) throw UsageError("obscura ephemeris: --target needs --time");
+        if (time_.empty()) throw host::UsageError("obscura ephemeris: --target needs --time");
         if (until_.empty() != std::isnan(step_s_))
-            throw UsageError("obscura ephemeris: --until and --step are given together or not at all");
+            throw host::UsageError("obscura ephemeris: --until and --step are given together or not at all");
         try {
             leap_seconds_ =
                 leap_second_file_.empty() ? system_leap_seconds() : read_leap_seconds(leap_second_file_);
@@ -104,7 +103,7 @@ private:
         try {
             return read_time(text, leap_seconds_);
         } catch (const TimeTextError& error) {
-            throw UsageError(fmt::format("obscura ephemeris: {}", error.what()));
+            throw host::UsageError(fmt::format("obscura ephemeris: {}", error.what()));
         }
     }
 
@@ -112,11 +111,11 @@ private:
         const int target = kernels.body(target_), observer = kernels.body(observer_);
         const Epoch first = read(time_);
         const Epoch last = until_.empty() ? first : read(until_);
-        if (last < first) throw UsageError("obscura ephemeris: --until is before --time");
+        if (last < first) throw host::UsageError("obscura ephemeris: --until is before --time");
         const double step_ns = std::isnan(step_s_) ? 1e9 : step_s_ * 1e9;
         const double steps = std::floor(static_cast<double>(last.tai_ns - first.tai_ns) / step_ns);
         if (steps >= most_rows)
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura ephemeris: {:.0f} rows, allowed are {:.0f}: choose a longer "
                             "--step",
                             steps + 1, most_rows));

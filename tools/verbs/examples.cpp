@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura examples`: lists, explains and copies the shipped examples.
 #include "core/error.hpp"
-#include "tools/support/example_files.hpp"
+#include "tools/pages/example_files.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -18,13 +18,13 @@ namespace fs = std::filesystem;
 
 class Examples final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "lists, explains and copies examples to start from";
         line.description =
             "Without NAME the shipped examples are listed, a line each. With NAME the explanation of one is "
             "printed: what it shows, what hardware it needs, the commands that run it and what they print. "
             "--copy puts its files into a new folder, where these commands work.";
-        Option& name = line.positional("NAME", &name_, "Example to explain or copy");
+        host::Option& name = line.positional("NAME", &name_, "Example to explain or copy");
         name.required = false;
         name.choices = names();
         line.option("--copy", &copy_, "DIR",
@@ -36,13 +36,14 @@ public:
 
     int run() override {
         if (!copy_.empty() && name_.empty())
-            throw UsageError("obscura examples: --copy needs the NAME of an example (try: obscura examples)");
+            throw host::UsageError(
+                "obscura examples: --copy needs the NAME of an example (try: obscura examples)");
         const std::vector<Example> all = examples();
         if (name_.empty()) return list(all);
         const auto found = std::find_if(all.begin(), all.end(),
                                         [&](const Example& example) { return example.name == name_; });
         if (found == all.end())
-            throw UsageError(fmt::format("obscura examples: no example \"{}\"", name_.substr(0, 60)));
+            throw host::UsageError(fmt::format("obscura examples: no example \"{}\"", name_.substr(0, 60)));
         return copy_.empty() ? explain(*found) : copy(*found);
     }
 
@@ -92,7 +93,7 @@ private:
         const fs::path to(copy_);
         std::error_code error;
         if (fs::exists(to, error) && !fs::is_empty(to, error))
-            throw UsageError(fmt::format("obscura examples: {} exists and is not empty", copy_));
+            throw host::UsageError(fmt::format("obscura examples: {} exists and is not empty", copy_));
         fs::create_directories(to, error);
         // Shipped files may be read-only, or owned by root: copies are the user's own.
         if (!error) fs::copy(example.folder, to, fs::copy_options::recursive, error);

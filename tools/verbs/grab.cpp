@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura grab`: GigE Vision client that receives, measures and saves frames.
 #include "emulator/config/daemon_config.hpp"
+#include "host/interrupt.hpp"
 #include "images/writers/pending_file.hpp"
-#include "tools/support/frame_chunks.hpp"
-#include "tools/support/frame_files.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/received_camera.hpp"
-#include "tools/support/receiver.hpp"
-#include "tools/support/report.hpp"
+#include "tools/check/report.hpp"
+#include "tools/receive/frame_chunks.hpp"
+#include "tools/receive/frame_files.hpp"
+#include "tools/receive/received_camera.hpp"
+#include "tools/receive/receiver.hpp"
+#include "tools/scene/progress.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -79,7 +79,7 @@ std::vector<scene::Camera> lenses_of(const std::filesystem::path& configuration)
 
 class Grab final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "receives frames from a GigE Vision camera and saves them";
         line.description =
             "Takes control of the camera, starts the acquisition, receives frames with libaravis (which "
@@ -137,11 +137,11 @@ public:
     int run() override {
         files_.prepare("grab");
         if (rate_hz_ > 0 && software_rate_hz_ > 0)
-            throw UsageError("obscura grab: --rate and --software-trigger-rate exclude each other");
+            throw host::UsageError("obscura grab: --rate and --software-trigger-rate exclude each other");
         if (chunks_ && output_.empty())
-            throw UsageError("obscura grab: --chunks needs --output, the folder for chunks.jsonl");
+            throw host::UsageError("obscura grab: --chunks needs --output, the folder for chunks.jsonl");
         if (!lens_.empty() && intrinsics_.empty())
-            throw UsageError("obscura grab: --lens needs --intrinsics");
+            throw host::UsageError("obscura grab: --lens needs --intrinsics");
         if (!output_.empty()) {
             images::make_writable(output_);
         }
@@ -247,10 +247,10 @@ private:
     void receive_all(Receiver& receiver) {
         Progress progress("grab", frames_);
         std::uint64_t previous = 0;
-        while (received_ < frames_ && !interrupted()) {
+        while (received_ < frames_ && !host::interrupted()) {
             const std::optional<ReceivedFrame> frame = receive_one(receiver);
             if (!frame) {
-                if (!interrupted())
+                if (!host::interrupted())
                     fmt::print(stderr, "obscura grab: no frame for {} s, {} of {} received\n", timeout_s_,
                                received_, frames_);
                 return;
@@ -282,7 +282,7 @@ private:
     /// Waits in short steps, so that an interrupt ends the wait.
     std::optional<ReceivedFrame> receive_one(Receiver& receiver) const {
         const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s_);
-        while (std::chrono::steady_clock::now() < give_up && !interrupted())
+        while (std::chrono::steady_clock::now() < give_up && !host::interrupted())
             if (auto frame = receiver.receive(std::min(0.1, timeout_s_))) return frame;
         return std::nullopt;
     }

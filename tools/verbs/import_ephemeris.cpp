@@ -18,7 +18,7 @@ namespace {
 
 class ImportEphemeris final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "makes a kernel of planets, Moon and Sun from Debian's DE405";
         line.description =
             "Writes an SPK kernel in the form that is used without loading it (binary, little-endian) for "
@@ -44,7 +44,8 @@ public:
         const std::filesystem::path file(file_);
         const bool is_default = output_.empty();
         if (is_default && !std::filesystem::is_directory(file) && std::filesystem::exists(file))
-            throw UsageError("obscura import ephemeris: --output is wanted where a kernel is converted");
+            throw host::UsageError(
+                "obscura import ephemeris: --output is wanted where a kernel is converted");
         std::string bytes;
         std::string source = file_;
         if (std::filesystem::is_directory(file)) {

@@ -15,7 +15,7 @@ namespace {
 
 class ImportFlightImage final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "makes a scene file from the header of a flight image";
         line.description =
             "Reads camera pose, Sun position, time and filter from the header of a flight image and "

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura import map`: giant texture (.obt) from map files, read through GDAL in a helper process.
 #include "core/error.hpp"
+#include "host/interrupt.hpp"
+#include "tools/check/report.hpp"
 #include "tools/import/map/map_import.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/report.hpp"
+#include "tools/scene/progress.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ std::array<double, N> numbers_of(const std::string& text, std::string_view optio
         const auto [next, error] = std::from_chars(at, end, out[i]);
         const bool separated = i + 1 < N ? next != end && *next == ',' : next == end;
         if (error != std::errc{} || !separated || !std::isfinite(out[i]))
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura import map: {} \"{}\": wanted {}", option, text.substr(0, 60), wanted));
         at = next + 1;
     }
@@ -44,7 +44,7 @@ std::array<double, N> numbers_of(const std::string& text, std::string_view optio
 }
 
 template<typename Enum>
-void name_choices(Option& option) {
+void name_choices(host::Option& option) {
     const std::vector<std::string_view> names = names_of_enum<Enum>();
     option.choices.assign(names.begin(), names.end());
 }
@@ -55,7 +55,7 @@ std::optional<double> given(double value) {
 
 class ImportMap final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "makes a giant texture (.obt) from maps of heights or albedo";
         line.description =
             "Reads maps (PDS3, PDS4, ISIS cubes, GeoTIFF, JPEG 2000, PNG, JPEG, FITS, ENVI, VRT) through "
@@ -147,7 +147,7 @@ public:
                     step = name;
                 }
                 shown->done(done);
-                return !interrupted();
+                return !host::interrupted();
             });
         shown = nullptr;
         for (const std::string& warning : report.remarks.warnings())
@@ -163,10 +163,11 @@ private:
         MapSettings& s = task_.settings;
         const int kinds = (height_ ? 1 : 0) + (albedo_ ? 1 : 0) + (s.parameter.empty() ? 0 : 1);
         if (kinds > 1)
-            throw UsageError("obscura import map: only one of --height, --albedo and --parameter is allowed");
+            throw host::UsageError(
+                "obscura import map: only one of --height, --albedo and --parameter is allowed");
         s.kind = albedo_ ? ObtKind::albedo : s.parameter.empty() ? ObtKind::heights : ObtKind::parameter;
         if (s.kind != ObtKind::heights && (!unit_.empty() || !values_.empty()))
-            throw UsageError("obscura import map: --unit and --values are of heights only");
+            throw host::UsageError("obscura import map: --unit and --values are of heights only");
         if (band_ > 0) s.band = band_;
         if (!unit_.empty()) s.unit_m = unit_ == "km" ? 1000 : 1;
         if (!std::isnan(radius_)) s.radii_m = Vec3{radius_, radius_, radius_};
@@ -174,9 +175,9 @@ private:
             const auto [a, b, c] =
                 numbers_of<3>(radii_, "--radii", "three lengths in metres: 3396190,3396190,3376200");
             if (!std::isnan(radius_))
-                throw UsageError("obscura import map: only one of --radius and --radii is allowed");
+                throw host::UsageError("obscura import map: only one of --radius and --radii is allowed");
             if (!(a > 0 && b > 0 && c > 0))
-                throw UsageError("obscura import map: --radii: lengths above 0 are wanted");
+                throw host::UsageError("obscura import map: --radii: lengths above 0 are wanted");
             s.radii_m = Vec3{a, b, c};
         }
         s.meaning = enum_named<HeightMeaning>(values_);
@@ -191,7 +192,7 @@ private:
         }
         s.planar_pixel_m = given(planar_);
         if (s.planar_pixel_m && s.edges_deg)
-            throw UsageError("obscura import map: only one of --planar and --edges is allowed");
+            throw host::UsageError("obscura import map: only one of --planar and --edges is allowed");
         s.scale = given(scale_);
         s.offset = given(offset_);
         s.nodata = given(nodata_);

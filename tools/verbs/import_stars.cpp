@@ -3,12 +3,12 @@
 #include "core/error.hpp"
 #include "core/spectral_band.hpp"
 #include "ephemeris/stars/star_file.hpp"
+#include "host/interrupt.hpp"
 #include "images/writers/raw.hpp"
 #include "renderer/lights/star_spectra.hpp"
+#include "tools/check/report.hpp"
 #include "tools/import/stars/star_import.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/report.hpp"
+#include "tools/scene/progress.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ namespace {
 
 class ImportStars final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "makes a star catalogue file from catalogues of stars";
         line.description =
             "Reads catalogues of stars and writes one compact file, sorted by parts of the sky, for the key "
@@ -79,7 +79,7 @@ public:
                 constexpr std::uint64_t steps = 1000;
                 Progress progress("import stars: " + file.filename().string(), steps);
                 format = read_stars(file, settings_, sink, [&](double part) {
-                    if (interrupted()) throw Error(exit_failure, "obscura import stars: interrupted");
+                    if (host::interrupted()) throw Error(exit_failure, "obscura import stars: interrupted");
                     progress.done(static_cast<std::uint64_t>(part * steps));
                 });
             }

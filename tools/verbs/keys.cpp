@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // obscura keys: every key of configurations, scene files and sensor files.
-#include "core/suggestion.hpp"
-#include "tools/support/key_reference.hpp"
+#include "core/text/suggestion.hpp"
+#include "tools/pages/key_reference.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@ namespace {
 
 class Keys final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "lists every key of configurations, scene and sensor files";
         line.description =
             "Prints each table with its keys: default, type, unit, range or choices, and meaning. Without "
@@ -54,7 +54,7 @@ public:
                 json.push_back(to_json(reference, table));
         }
         if (json.empty())
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura keys: no table \"{}\"; {}", table_, suggestion(table_, known)));
         std::fputs(json_ ? (json.dump(2) + "\n").c_str() : text.c_str(), stdout);
         return exit_ok;

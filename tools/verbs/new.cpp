@@ -3,8 +3,8 @@
 #include "config/keys.hpp"
 #include "core/error.hpp"
 #include "images/writers/raw.hpp"
-#include "tools/support/key_reference.hpp"
-#include "tools/support/new_file.hpp"
+#include "tools/pages/key_reference.hpp"
+#include "tools/pages/new_file.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -117,7 +117,7 @@ const KeyReference& reference_named(const std::vector<KeyReference>& references,
 
 class New final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "writes a commented configuration or scene file to begin with";
         line.description =
             "Writes a file with every table and key, its meaning, unit and range in comments: sensible "
@@ -137,7 +137,7 @@ public:
         if (file_.empty()) file_ = kind_ + ".toml";
         std::error_code error;
         if (!force_ && fs::exists(fs::symlink_status(file_, error)))
-            throw UsageError(fmt::format("obscura new: {} exists; --force replaces it", file_));
+            throw host::UsageError(fmt::format("obscura new: {} exists; --force replaces it", file_));
         const bool camera = kind_ == "camera";
         const std::vector<KeyReference> references = key_references();
         images::write_text(file_,

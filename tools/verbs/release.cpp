@@ -74,7 +74,7 @@ std::vector<std::int32_t> running_daemons() {
 
 class Release final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "takes control of a running daemon's cameras away from their clients";
         line.description =
             "Frees a GigE Vision camera of this machine that a client holds: the client's acquisition ends, "
@@ -90,8 +90,9 @@ public:
             const std::vector<std::int32_t> daemons = running_daemons();
             if (daemons.empty()) throw HardwareError("obscura release: no obscurad runs on this machine");
             if (daemons.size() > 1)
-                throw UsageError(fmt::format("obscura release: several daemons run: choose one by --pid: {}",
-                                             fmt::join(daemons, ", ")));
+                throw host::UsageError(
+                    fmt::format("obscura release: several daemons run: choose one by --pid: {}",
+                                fmt::join(daemons, ", ")));
             pid_ = daemons.front();
         } else if (!is_daemon(process_folder(pid_))) {
             throw HardwareError(fmt::format("obscura release: process {} is no running obscurad", pid_));

@@ -3,16 +3,16 @@
 #include "config/shipped_files.hpp"
 #include "images/writers/pending_file.hpp"
 #include "renderer/scene_files/scene_file.hpp"
-#include "tools/support/camera_file.hpp"
-#include "tools/support/layer_picture.hpp"
-#include "tools/support/plausibility.hpp"
-#include "tools/support/preview.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/render_options.hpp"
-#include "tools/support/report.hpp"
-#include "tools/support/scene_frames.hpp"
-#include "tools/support/sequence.hpp"
-#include "tools/support/truth_option.hpp"
+#include "tools/check/plausibility.hpp"
+#include "tools/check/report.hpp"
+#include "tools/pictures/layer_picture.hpp"
+#include "tools/pictures/preview.hpp"
+#include "tools/receive/sequence.hpp"
+#include "tools/scene/camera_file.hpp"
+#include "tools/scene/progress.hpp"
+#include "tools/scene/render_options.hpp"
+#include "tools/scene/scene_frames.hpp"
+#include "tools/scene/truth_option.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -33,7 +33,7 @@ namespace {
 
 class Render final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "renders a scene to irradiance per pixel";
         line.description =
             "Renders the camera of a scene file at one instant, or a sequence of frames. EXR and FITS "
@@ -84,15 +84,15 @@ public:
     int run() override {
         const Format format = format_of_output();
         if (options_.layers && format == Format::png)
-            throw UsageError(fmt::format(
+            throw host::UsageError(fmt::format(
                 "obscura render: --layers with --output {}: the name must end in .exr or .fits", output_));
         if (!layer_.empty() && format != Format::png)
-            throw UsageError(fmt::format(
+            throw host::UsageError(fmt::format(
                 "obscura render: --layer with --output {}: the name must end in .png (--layers writes all "
                 "layers to EXR and FITS)",
                 output_));
         if (options_.trajectory && frames_ != 1)
-            throw UsageError("obscura render: --trajectory and --frames exclude each other");
+            throw host::UsageError("obscura render: --trajectory and --frames exclude each other");
         stretch_ = stretch_options_.parsed("render");
         options_.check();
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
@@ -198,7 +198,7 @@ private:
         if (extension == ".exr") return Format::exr;
         if (extension == ".fits" || extension == ".fit") return Format::fits;
         if (extension == ".png") return Format::png;
-        throw UsageError(
+        throw host::UsageError(
             fmt::format("obscura render: --output {}: the name must end in .exr, .fits or .png", output_));
     }
 
@@ -230,7 +230,7 @@ private:
     RenderOptions options_;
     StretchOptions stretch_options_;
     TruthOption truth_table_;
-    Stretch stretch_;
+    host::Stretch stretch_;
     double budget_s_ = 0;
     std::uint64_t frames_ = 1;
     bool resume_ = false, strict_ = false, json_ = false;

@@ -6,7 +6,7 @@
 #include "config/shipped_files.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/sensor_file.hpp"
-#include "tools/support/readout_picture.hpp"
+#include "tools/pictures/readout_picture.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -45,7 +45,7 @@ double number(std::string_view text, std::string_view whole) {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size())
-        throw UsageError(
+        throw host::UsageError(
             fmt::format("obscura sensor: --windows: \"{}\" in \"{}\" is no number", text, whole));
     return value;
 }
@@ -71,7 +71,7 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
     for (const std::string_view part : split(text, ';')) {
         const auto fields = split(part, ',');
         if (fields.size() != 5 && fields.size() != 7)
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura sensor: --windows: \"{}\": X,Y,WIDTH,HEIGHT,EXPOSURE_US and "
                             "optionally SAMPLING,READS are wanted",
                             part));
@@ -91,7 +91,7 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
             else if (fields[5] == "ramp")
                 w.sampling = Sampling::ramp;
             else
-                throw UsageError(
+                throw host::UsageError(
                     fmt::format("obscura sensor: --windows: \"{}\": destructive, non-destructive, "
                                 "cds or ramp are allowed",
                                 fields[5]));
@@ -104,7 +104,7 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
 
 class Sensor final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "shows sensor parameters and readout timing: row reset and read times";
         line.description =
             "The action list prints the shipped sensors. show prints every parameter of a sensor with its "
@@ -113,10 +113,10 @@ public:
             "picture of rows against time. maps writes the sensor's fixed-pattern maps (response, dark "
             "current, offset), which depend on its serial number, as FITS files. NAME is a shipped sensor "
             "or the path of a sensor file.";
-        Option& action = line.positional("ACTION", &action_, "What to print or write");
+        host::Option& action = line.positional("ACTION", &action_, "What to print or write");
         action.choices = {"list", "show", "plan", "maps"};
-        Option& name = line.positional("NAME", &name_,
-                                       "Sensor (show, plan, maps): a name that list prints, or a .toml file");
+        host::Option& name = line.positional(
+            "NAME", &name_, "Sensor (show, plan, maps): a name that list prints, or a .toml file");
         name.required = false;
         line.option("--exposure-us", &exposure_us_, "US",
                     "With plan: exposure time of the full array in microseconds");
@@ -137,7 +137,7 @@ public:
     int run() override {
         if (action_ == "list") return list();
         if (name_.empty())
-            throw UsageError("obscura sensor: NAME is missing; obscura sensor list prints the sensors");
+            throw host::UsageError("obscura sensor: NAME is missing; obscura sensor list prints the sensors");
         const std::filesystem::path file = config::file_or_shipped(config::shipped_sensors, name_);
         const SensorDescription sensor = sensors::load_sensor(file);
         if (const std::string why = sensors::explain_invalid(sensor.detector); !why.empty())
@@ -204,7 +204,7 @@ private:
     }
 
     int maps(const SensorDescription& sensor) const {
-        if (output_.empty()) throw UsageError("obscura sensor maps: -o DIR is missing");
+        if (output_.empty()) throw host::UsageError("obscura sensor maps: -o DIR is missing");
         sensors::FixedPattern(sensor).write_fits(output_, sensor);
         fmt::print("{0}/response.fits, {0}/dark_e_per_s.fits and {0}/offset_e.fits written\n", output_);
         return exit_ok;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura serve`: renders scenes for clients.
 #include "core/error.hpp"
-#include "emulator/service_notify.hpp"
+#include "host/interrupt.hpp"
+#include "host/service_notify.hpp"
+#include "serve/compatible/door_host.hpp"
+#include "serve/render_host.hpp"
 #include "service/listener.hpp"
 #include "service/server.hpp"
 #include "service/tokens.hpp"
-#include "tools/serve/compatible/door_host.hpp"
-#include "tools/serve/render_host.hpp"
-#include "tools/support/interrupt.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -34,7 +34,7 @@ bool input_ended() {
 
 class Serve final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "renders scenes for programs that connect to it";
         line.description =
             "A server for programs: each client has a scene of its own, which it loads, or builds key by key "
@@ -112,27 +112,29 @@ public:
         if (!socket_.empty()) listeners.push_back(service::Listener::unix_socket(socket_));
         const bool compatible = compatible_ != "none";
         if (listeners.empty() && !compatible)
-            throw UsageError(
+            throw host::UsageError(
                 "obscura serve: --listen none: --unix PATH or --compatible ADDRESS:PORT is wanted then");
         for (const service::Listener& listener : listeners)
             fmt::print("listening at {}\n", listener.address());
         service::Limits limits;
         limits.clients = clients_;
         limits.memory_bytes = memory_mib_ << 20;
-        RenderHost host(OBSCURA_VERSION, root, picture_);
-        compatible::DoorHost door_host(compatible::DoorSettings{
+        serve::RenderHost host(OBSCURA_VERSION, root, picture_);
+        serve::compatible::DoorHost door_host(serve::compatible::DoorSettings{
             OBSCURA_VERSION, root, output, picture_,
-            resources_.empty() ? compatible::ResourceTable() : compatible::ResourceTable(resources_)});
+            resources_.empty() ? serve::compatible::ResourceTable()
+                               : serve::compatible::ResourceTable(resources_)});
         service::Server server(limits, host, std::move(listeners), std::move(tokens));
         if (compatible) {
             service::Listener listener = service::Listener::tcp(compatible_);
             fmt::print("published client at {}\n", listener.address());
-            server.add(compatible::make_door(std::move(listener), door_host, {}, server.memory(), clients_));
+            server.add(
+                serve::compatible::make_door(std::move(listener), door_host, {}, server.memory(), clients_));
         }
         std::fflush(stdout);
-        emulator::notify_service_manager("READY=1");
-        server.run([this] { return interrupted() || (with_input_ && input_ended()); });
-        emulator::notify_service_manager("STOPPING=1");
+        host::notify_service_manager("READY=1");
+        server.run([this] { return host::interrupted() || (with_input_ && input_ended()); });
+        host::notify_service_manager("STOPPING=1");
         return exit_ok;
     }
 
@@ -153,7 +155,7 @@ private:
     std::vector<std::string> token_files_;
     std::string new_token_;
     std::string address_ = "127.0.0.1:5152", compatible_ = "none", socket_, root_, output_, resources_;
-    PictureLimits picture_;
+    serve::PictureLimits picture_;
     std::uint32_t clients_ = 16;
     std::uint64_t memory_mib_ = 4096;
     bool with_input_ = false;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura sky`: stars and bodies in the field of a scene's camera, as a table and as a chart.
 #include "config/shipped_files.hpp"
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
+#include "core/units.hpp"
 #include "ephemeris/stars/star_names.hpp"
 #include "ephemeris/time/leap_seconds.hpp"
 #include "ephemeris/time/time_text.hpp"
@@ -10,7 +11,7 @@
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/truth/scene_truth.hpp"
-#include "tools/support/sky_chart.hpp"
+#include "tools/pictures/sky_chart.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +21,6 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,11 +29,10 @@ namespace obscura::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double degree = std::numbers::pi / 180;
 
 class Sky final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "lists what is in the camera's field: stars with names, bodies; draws a chart";
         line.description =
             "Prints the stars, sky objects, bodies and landmarks that a scene's camera has in its field at "
@@ -65,7 +64,7 @@ public:
     int run() override {
         const std::string ending = std::filesystem::path(output_).extension().string();
         if (!output_.empty() && ending != ".svg" && ending != ".png")
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura sky: --output {}: the name must end in .svg or .png", output_));
         const scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
         time_s_ = scene_time_of(scene);
@@ -103,13 +102,14 @@ private:
         const auto [at, error] = std::from_chars(time_.data(), end, seconds);
         if (error == std::errc{} && at == end) {
             if (!(std::abs(seconds) <= 1e9))
-                throw UsageError(fmt::format("obscura sky: --time {}: allowed -1e9 to 1e9 s", time_));
+                throw host::UsageError(fmt::format("obscura sky: --time {}: allowed -1e9 to 1e9 s", time_));
             return seconds;
         }
         if (!scene.epoch)
-            throw UsageError(fmt::format("obscura sky: --time {}: allowed is a number of seconds; the scene "
-                                         "has no epoch, which instants need",
-                                         time_));
+            throw host::UsageError(
+                fmt::format("obscura sky: --time {}: allowed is a number of seconds; the scene "
+                            "has no epoch, which instants need",
+                            time_));
         const ephemeris::Epoch instant = ephemeris::read_time(time_, ephemeris::system_leap_seconds());
         return static_cast<double>(instant.tai_ns - scene.epoch->tai_ns) / 1e9;
     }

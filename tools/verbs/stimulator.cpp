@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura stimulator`: USB displays (GUD), test patterns, calibration of screen and camera.
+#include "host/interrupt.hpp"
 #include "images/image.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/png.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/report.hpp"
+#include "tools/check/report.hpp"
 #include "tools/verbs/verb.hpp"
 #include "transports/stimulator/calibrate.hpp"
 #include "transports/stimulator/display_link.hpp"
@@ -30,7 +30,7 @@ using transports::PatternSequence;
 
 class Stimulator final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "finds USB displays, shows test patterns, calibrates screen and camera";
         line.description =
             "The action list prints the connected USB displays that speak GUD (Generic USB Display). "
@@ -70,12 +70,13 @@ public:
         if (action_ == "list") return list();
         if (action_ == "show") return show();
         if (output_.empty())
-            throw UsageError(fmt::format("obscura stimulator {}: --output is missing", action_));
-        if (size_.empty()) throw UsageError(fmt::format("obscura stimulator {}: --size is missing", action_));
+            throw host::UsageError(fmt::format("obscura stimulator {}: --output is missing", action_));
+        if (size_.empty())
+            throw host::UsageError(fmt::format("obscura stimulator {}: --size is missing", action_));
         std::int32_t width = 0, height = 0;
-        parse_size(size_, width, height);
+        host::parse_size(size_, width, height);
         if (width < 16 || height < 16 || width > 16384 || height > 16384)
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura stimulator: --size: \"{}\", allowed 16 to 16384 a side", size_));
         const int levels = grey_ == "equal" ? 256 : grey_ == "sum" ? 766 : 65536;
         const PatternSequence sequence(width, height, levels, ramp_, dot_step_);
@@ -99,7 +100,7 @@ private:
         fs::create_directories(output_, error);
         images::require_writable(output_);
         for (const transports::Pattern& pattern : sequence.patterns()) {
-            if (interrupted()) return exit_failure;
+            if (host::interrupted()) return exit_failure;
             const auto picture = sequence.draw(pattern);
             const fs::path file = fs::path(output_) / (pattern.name + ".png");
             if (sequence.levels() == 256)
@@ -130,17 +131,17 @@ private:
                                        transports::grey_levels(link.format(), grey), ramp_, dot_step_);
         bool any = false;
         for (const transports::Pattern& pattern : sequence.patterns()) {
-            if (interrupted() || (!pattern_.empty() && pattern.name != pattern_)) continue;
+            if (host::interrupted() || (!pattern_.empty() && pattern.name != pattern_)) continue;
             any = true;
             send(*device, link, grey, sequence.draw(pattern));
             fmt::print("{}\n", pattern.name);
             std::fflush(stdout);
             const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds_);
-            while (!interrupted() && std::chrono::steady_clock::now() < end)
+            while (!host::interrupted() && std::chrono::steady_clock::now() < end)
                 std::this_thread::sleep_for(std::chrono::milliseconds(20));
         }
-        if (!any && !interrupted())
-            throw UsageError(
+        if (!any && !host::interrupted())
+            throw host::UsageError(
                 fmt::format("obscura stimulator: there is no pattern \"{}\" (obscura stimulator patterns "
                             "writes them all)",
                             pattern_.substr(0, 60)));
@@ -171,7 +172,7 @@ private:
     }
 
     int calibrate(const PatternSequence& sequence) const {
-        if (captures_.empty()) throw UsageError("obscura stimulator calibrate: --captures is missing");
+        if (captures_.empty()) throw host::UsageError("obscura stimulator calibrate: --captures is missing");
         std::map<std::string, std::optional<transports::Capture>> read;
         const auto capture = [&](const std::string& name) -> const transports::Capture* {
             const auto [place, fresh] = read.try_emplace(name);

@@ -3,12 +3,12 @@
 #include "tools/verbs/texture.hpp"
 
 #include "core/error.hpp"
-#include "terrain/maps/map_frame.hpp"
+#include "host/interrupt.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "terrain/obt/obt_file.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/map_tiff.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/report.hpp"
+#include "tools/check/report.hpp"
+#include "tools/scene/map_tiff.hpp"
+#include "tools/scene/progress.hpp"
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ std::string number_text(double value) {
 
 class TextureInfo final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "prints what a giant texture holds";
         line.description =
             "Prints the header of a giant texture (.obt): what its samples are, where they lie on the body, "
@@ -117,7 +117,7 @@ private:
 
 class TextureSample final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "prints the value of a giant texture at a place";
         line.description =
             "Prints the sample of a giant texture (.obt) that is nearest to a place, its column and row, and "
@@ -139,12 +139,13 @@ public:
     int run() override {
         const ObtFile texture(file_);
         const ObtMetadata& m = texture.metadata();
-        if (map_ && pixel_) throw UsageError("obscura texture sample: --map and --pixel exclude each other");
+        if (map_ && pixel_)
+            throw host::UsageError("obscura texture sample: --map and --pixel exclude each other");
         if (level_ >= texture.levels())
-            throw UsageError(fmt::format("obscura texture sample: --level {}: {} has levels 0 to {}", level_,
-                                         file_, texture.levels() - 1));
+            throw host::UsageError(fmt::format("obscura texture sample: --level {}: {} has levels 0 to {}",
+                                               level_, file_, texture.levels() - 1));
         if (m.projection.kind == ProjectionKind::planar && !map_ && !pixel_)
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura texture sample: {} is planar: add --map, for y and x in m, or "
                             "--pixel",
                             file_));
@@ -201,7 +202,7 @@ private:
                       (dy * t[1] - dx * t[4]) / determinant - offset};
         } else {
             if (!(std::abs(first_) <= 90) || !(std::abs(second_) <= 360))
-                throw UsageError(
+                throw host::UsageError(
                     fmt::format("obscura texture sample: latitude {} and longitude {}: allowed are "
                                 "-90 to 90 and -360 to 360 degrees",
                                 first_, second_));
@@ -229,7 +230,7 @@ private:
 
 class TextureCheck final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "reads a giant texture once and compares its checksums";
         line.description =
             "Reads all of a giant texture (.obt) and its shards and compares the checksums of header, "
@@ -248,7 +249,7 @@ public:
             found = texture.check([&](std::uint64_t done, std::uint64_t total) {
                 if (!progress) progress.emplace("check", total);
                 progress->done(done);
-                return !interrupted();
+                return !host::interrupted();
             });
         }
         Report report;
@@ -276,7 +277,7 @@ private:
 
 class TextureExport final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "writes a level of a giant texture as GeoTIFF";
         line.description =
             "Writes one level of a giant texture (.obt) with its projection as an uncompressed GeoTIFF file "
@@ -294,13 +295,13 @@ public:
     int run() override {
         const ObtFile texture(file_);
         if (level_ >= texture.levels())
-            throw UsageError(fmt::format("obscura texture export: --level {}: {} has levels 0 to {}", level_,
-                                         file_, texture.levels() - 1));
+            throw host::UsageError(fmt::format("obscura texture export: --level {}: {} has levels 0 to {}",
+                                               level_, file_, texture.levels() - 1));
         Progress progress("export",
                           static_cast<std::uint64_t>(texture.height(level_)) * texture.metadata().planes);
         const bool whole = write_map_tiff(output_, texture, level_, [&](std::uint64_t rows) {
             progress.done(rows);
-            return !interrupted();
+            return !host::interrupted();
         });
         if (!whole) fmt::print(stderr, "{}: interrupted: not written\n", output_);
         return whole ? exit_ok : exit_failure;

@@ -2,23 +2,23 @@
 // Verb `obscura texture bake`: heights of a terrain, all its sources and detail together, as a giant texture.
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
+#include "host/interrupt.hpp"
 #include "renderer/planets/planet_parameters.hpp"
 #include "renderer/planets/surface_tiles.hpp"
+#include "renderer/registries/registry.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/scene_files/scene_file.hpp"
-#include "renderer/shapes/registry.hpp"
 #include "renderer/shapes/shape_context.hpp"
-#include "tools/support/interrupt.hpp"
-#include "tools/support/progress.hpp"
-#include "tools/support/report.hpp"
-#include "tools/support/terrain_source.hpp"
+#include "tools/check/report.hpp"
+#include "tools/scene/progress.hpp"
+#include "tools/scene/terrain_source.hpp"
 #include "tools/verbs/texture.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <optional>
 
 namespace obscura::tools {
@@ -26,11 +26,9 @@ namespace {
 
 using namespace terrain;
 
-constexpr double degree = std::numbers::pi / 180;
-
 class TextureBake final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "writes the heights of a scene's terrain as a giant texture";
         line.description =
             "Makes the heights of a planet or terrain of a scene, all its height sources and detail "
@@ -43,7 +41,7 @@ public:
             "goes on where it stopped when it is called again.";
         line.positional("SCENE", &scene_, "Scene file");
         line.option("-o,--output", &output_, "FILE", "File to write").required = true;
-        Option& spacing =
+        host::Option& spacing =
             line.number("--spacing", &spacing_m_, "M", "Distance of samples on the map, m", 1e-6, 1e9);
         spacing.required = true;
         line.option("--body", &body_, "NAME",
@@ -81,7 +79,7 @@ public:
             options.progress = [&](std::uint64_t done, std::uint64_t total) {
                 if (!progress) progress.emplace("bake", total);
                 progress->done(done);
-                return !interrupted();
+                return !host::interrupted();
             };
             written = write_obt(output_, m, source, options);
         }
@@ -161,7 +159,7 @@ private:
             return m;
         }
         if (!(east_ > west_ && east_ - west_ <= 360) || !(north_ > south_))
-            throw UsageError(
+            throw host::UsageError(
                 fmt::format("obscura texture bake: {} to {} E, {} to {} N: allowed are west < east, at "
                             "most 360 degrees, and south < north",
                             west_, east_, south_, north_));

@@ -221,7 +221,7 @@ void serve(MountedTexture& texture, const std::string& folder) {
 
 class TextureMount final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "shows the levels of a giant texture as files for other programs";
         line.description = "Mounts a giant texture (.obt) as a read-only folder: for each level levelN.f32, "
                            "its values as 32-bit "

@@ -40,7 +40,7 @@ std::string tai_minus_utc(Epoch epoch, const LeapSeconds& leap_seconds) {
 
 class TimeVerb final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "prints an instant in UTC, TAI, TT, TDB and GPS time, as date, Julian date and count";
         line.description =
             "Reads a time in any of these forms: 2007-02-28T12:00:00Z, 2007-059T12:00:00 (day of the year), "
@@ -69,14 +69,14 @@ public:
     }
 
     int run() override {
-        if (scale_.empty() && !form_.empty()) throw UsageError("obscura time: --format needs --to");
+        if (scale_.empty() && !form_.empty()) throw host::UsageError("obscura time: --format needs --to");
         std::optional<TimeScale> scale;
         if (!scale_.empty()) {
             std::string capitals = scale_;
             std::transform(capitals.begin(), capitals.end(), capitals.begin(),
                            [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
             scale = enum_named<TimeScale>(capitals);
-            if (!scale) throw UsageError("obscura time: --to: allowed are UTC, TAI, TT, TDB and GPS");
+            if (!scale) throw host::UsageError("obscura time: --to: allowed are UTC, TAI, TT, TDB and GPS");
         }
         try {
             leap_seconds_ =
@@ -87,7 +87,7 @@ public:
         try {
             epoch_ = text_ == "now" ? now(leap_seconds_) : read_time(text_, leap_seconds_);
         } catch (const TimeTextError& error) {
-            throw UsageError(fmt::format("obscura time: {}", error.what()));
+            throw host::UsageError(fmt::format("obscura time: {}", error.what()));
         }
         if (scale)
             print_one(*scale);

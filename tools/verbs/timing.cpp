@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura timing`: latency statistics of a run, and self-test of the machine's release jitter.
-#include "tools/support/release_self_test.hpp"
-#include "tools/support/timing_report.hpp"
+#include "emulator/unit/release_self_test.hpp"
+#include "tools/timing/timing_report.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ namespace {
 
 class Timing final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "evaluates the latencies of a run, or the release jitter of this machine";
         line.description =
             "Reads the time stamps that `obscurad --timing FILE` wrote and prints the latency of each "
@@ -44,8 +44,8 @@ public:
 
     int run() override {
         if (self_test_ != file_.empty())
-            throw UsageError("obscura timing: either FILE or --self-test is wanted, not both");
-        write(self_test_ ? text_of(release_self_test(seconds_, true)) : report());
+            throw host::UsageError("obscura timing: either FILE or --self-test is wanted, not both");
+        write(self_test_ ? text_of(emulator::release_self_test(seconds_, true)) : report());
         return exit_ok;
     }
 

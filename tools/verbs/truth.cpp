@@ -77,7 +77,7 @@ std::string shown_text(const ShownColumn& column, const std::string& text) {
 
 class Truth final : public Verb {
 public:
-    void declare(CommandLine& line) override {
+    void declare(host::CommandLine& line) override {
         line.summary = "prints the ground truth of a frame: its header, and where things are in its pixels";
         line.description =
             "Prints what the file of a frame says of the truth: ids, times, poses of camera and bodies, the "
@@ -107,14 +107,14 @@ public:
     }
 
     int run() override {
-        if (csv_ && json_) throw UsageError("obscura truth: --csv and --json exclude each other");
+        if (csv_ && json_) throw host::UsageError("obscura truth: --csv and --json exclude each other");
         const std::filesystem::path file(frame_file_);
         std::string number = frame_ > 0 ? fmt::format("{}", frame_) : "";
         std::vector<HeaderCard> cards;
         TruthLines table;
         if (images::is_truth_table(file)) {
             if (!table_file_.empty())
-                throw UsageError(
+                throw host::UsageError(
                     fmt::format("obscura truth: --table with {}, which is a table itself", frame_file_));
             table = images::read_truth_table(file, number);
         } else {
@@ -124,7 +124,7 @@ public:
                     if (card.key == "FRAMEID") number = card.value;
             if (const std::filesystem::path of_frame = table_of(file); !of_frame.empty()) {
                 if (number.empty())
-                    throw UsageError(
+                    throw host::UsageError(
                         fmt::format("obscura truth: {} has no FRAMEID: --frame N selects its entries in {}",
                                     frame_file_, of_frame.string()));
                 table = images::read_truth_table(of_frame, number);

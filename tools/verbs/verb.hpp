@@ -3,7 +3,7 @@
 // in this folder, a maker declared below and a row in verbs.cpp.
 #pragma once
 
-#include "tools/support/command_line.hpp"
+#include "host/command_line.hpp"
 
 #include <memory>
 #include <span>
@@ -17,7 +17,7 @@ class Verb {
 public:
     virtual ~Verb() = default;
     /// Declares the arguments, whose targets are members of the verb.
-    virtual void declare(CommandLine& line) = 0;
+    virtual void declare(host::CommandLine& line) = 0;
     /// Executes the verb and returns the exit status. Throws Error with a one-line message.
     virtual int run() = 0;
 };

@@ -2,8 +2,8 @@
 // File transport: writes every frame to a file. Read this first.
 #pragma once
 
-#include "core/event_count.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/event_count.hpp"
+#include "core/realtime/realtime.hpp"
 #include "transports/file/settings.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"

@@ -2,7 +2,7 @@
 // Features of a GigE Vision camera by their GenICam names, as calls list and set them.
 #pragma once
 
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
 #include "transports/device_features.hpp"
 #include "transports/gige/device/device.hpp"
 #include "transports/gige/registers/feature.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/gige.hpp"
 
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 #include "transports/gige/channels/gvsp_sender.hpp"
 #include "transports/gige/control/control_server.hpp"
 #include "transports/gige/device_features.hpp"

@@ -2,7 +2,7 @@
 // GigE Vision camera in software (GVCP control, GVSP stream) as a Transport. Read this first.
 #pragma once
 
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
 #include "core/clock.hpp"
 #include "core/ptp_status.hpp"
 #include "transports/control_listener.hpp"

@@ -2,8 +2,8 @@
 #include "transports/gige/settings.hpp"
 
 #include "config/document.hpp"
-#include "core/address_range.hpp"
 #include "core/error.hpp"
+#include "core/io/address_range.hpp"
 #include "transports/gige/device/preset_check.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"

@@ -2,7 +2,7 @@
 #include "transports/stimulator/calibration_table.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "images/writers/pending_file.hpp"
 
 #include <fitsio.h>
@@ -74,7 +74,7 @@ private:
 
 // --- reading
 
-struct Image {
+struct TableImage {
     std::vector<long> size;
     std::vector<double> values;
 };
@@ -109,7 +109,7 @@ public:
         return static_cast<int>(value);
     }
     /// Reads an extension of at most `most` numbers, all finite. Returns false if it is missing.
-    bool image(const char* extension, std::size_t dimensions, std::size_t most, Image& image) {
+    bool image(const char* extension, std::size_t dimensions, std::size_t most, TableImage& image) {
         int status = 0;
         fits_movnam_hdu(file_.get(), IMAGE_HDU, const_cast<char*>(extension), 0, &status);
         if (status != 0) {
@@ -222,7 +222,7 @@ CalibrationTable read_calibration(const std::filesystem::path& file) {
     t.camera_height = in.whole("CAMERAH", 1, max_side);
     t.levels = in.whole("LEVELS", 2, 65536);
     t.residual_px = in.key("RESIDUAL", 0, 1e6);
-    Image image;
+    TableImage image;
     if (!in.image("HOMOGRAPHY", 2, 9, image) || image.values.size() != 9)
         in.fail("HOMOGRAPHY is missing or not 3x3");
     std::copy(image.values.begin(), image.values.end(), t.map.homography.h.begin());

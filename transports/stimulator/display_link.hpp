@@ -2,7 +2,7 @@
 // Host side of a GUD display session: set-up, updates and status over USB.
 #pragma once
 
-#include "core/region.hpp"
+#include "core/camera/region.hpp"
 #include "transports/stimulator/gud.hpp"
 #include "transports/stimulator/usb.hpp"
 

@@ -3,7 +3,7 @@
 // sequence).
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

@@ -2,7 +2,7 @@
 // Grey coding: packing of grey levels into display pixels.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "transports/stimulator/gud.hpp"
 
 #include <array>

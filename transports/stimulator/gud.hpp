@@ -2,7 +2,7 @@
 // Wire format of GUD, the Generic USB Display protocol: plain data, encoders and validating decoders.
 #pragma once
 
-#include "core/region.hpp"
+#include "core/camera/region.hpp"
 
 #include <array>
 #include <cstddef>

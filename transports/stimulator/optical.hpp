@@ -2,7 +2,7 @@
 // Optical stage of the stimulator: drive levels of a screen from the digital numbers the camera must see.
 #pragma once
 
-#include "core/region.hpp"
+#include "core/camera/region.hpp"
 #include "transports/stimulator/calibration_table.hpp"
 #include "transports/stimulator/dither.hpp"
 

@@ -2,8 +2,8 @@
 // Settings of the stimulator transport: section [stimulator], its checks and its maker.
 #pragma once
 
-#include "core/enum_names.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
+#include "core/text/enum_names.hpp"
 #include "core/time.hpp"
 #include "transports/stimulator/dither.hpp"
 #include "transports/stimulator/grey.hpp"

@@ -2,8 +2,8 @@
 // Settings of the V4L2 transport: section [v4l2], its checks and its maker.
 #pragma once
 
-#include "core/enum_names.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
+#include "core/text/enum_names.hpp"
 #include "core/time.hpp"
 #include "transports/transport_settings.hpp"
 

@@ -2,7 +2,7 @@
 // Opened V4L2 output node: format negotiation, mapped buffers, output of single images.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "transports/v4l2/settings.hpp"
 #include "transports/v4l2/v4l2_calls.hpp"
 

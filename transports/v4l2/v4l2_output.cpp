@@ -3,8 +3,8 @@
 
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/log.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/log.hpp"
+#include "core/realtime/realtime.hpp"
 
 #include <poll.h>
 #include <sys/eventfd.h>

@@ -2,7 +2,7 @@
 // Writer of a frame ring in sealed shared memory.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "transports/watch/frame_ring_layout.hpp"
 
 #include <array>

@@ -2,7 +2,7 @@
 // Layout of the frame ring: the newest frames of a camera in memory that other processes may read.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 
 #include <array>
 #include <cstddef>

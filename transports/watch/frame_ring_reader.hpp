@@ -2,7 +2,7 @@
 // Reader of a frame ring.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "transports/watch/frame_ring_layout.hpp"
 
 #include <cstddef>

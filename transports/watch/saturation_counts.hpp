@@ -2,7 +2,7 @@
 // Numbers of saturated pixels of the newest frames.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "core/time.hpp"
 
 #include <array>

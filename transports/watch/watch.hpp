@@ -2,7 +2,7 @@
 // Watch transport: copies of the newest frames for programs that look at the camera.
 #pragma once
 
-#include "core/event_count.hpp"
+#include "core/realtime/event_count.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
 #include "transports/watch/frame_ring.hpp"

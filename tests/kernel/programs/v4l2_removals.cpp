@@ -2,9 +2,9 @@
 // Takes a video node away from under the V4L2 transport, by unbinding its driver, and gives it back, again
 // and again. Fails when the transport does not recover within 2 s, when the file transport beside it is
 // disturbed, or when something leaks.
+#include "core/camera/frame.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/frame.hpp"
 #include "tests/kernel/programs/pattern.hpp"
 #include "transports/file/file_sink.hpp"
 #include "transports/v4l2/v4l2_output.hpp"

@@ -2,9 +2,9 @@
 // Feeds a video output node through the V4L2 transport with frames of a known pattern, one per edge of a
 // timer, until the given number is out or it is told to stop (SIGTERM). Writes "frame_id edge_us" per frame,
 // then the counters.
+#include "core/camera/frame.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/frame.hpp"
 #include "tests/kernel/programs/pattern.hpp"
 #include "transports/v4l2/v4l2_output.hpp"
 

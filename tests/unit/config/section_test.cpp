@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+namespace section_test {
+
 using namespace obscura;
 using config::key;
 
@@ -241,3 +243,5 @@ TEST_CASE("a pipe in place of a file is refused at once") {
     std::string text;
     CHECK(config::read_text(pipe, text) == "not a regular file");
 }
+
+} // namespace section_test

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+namespace toml_text_test {
+
 using namespace obscura::config;
 
 namespace {
@@ -71,3 +73,5 @@ TEST_CASE("a number is written with the digits that it needs", "[config]") {
     CHECK(number_text(3) == "3.0");
     CHECK(number_text(1e22) == "1e+22");
 }
+
+} // namespace toml_text_test

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/address_range.hpp"
 #include "core/error.hpp"
+#include "core/io/address_range.hpp"
 #include "tests/support/catch.hpp"
+
+namespace address_range_test {
 
 using namespace obscura;
 
@@ -24,3 +26,5 @@ TEST_CASE("what is no address or range is refused", "[core]") {
          {"192.168.7", "192.168.7.0/33", "192.168.7.0/", "192.168.7.0/2x", "host", "::1"})
         CHECK_THROWS_AS(parse_address_range(text), ConfigError);
 }
+
+} // namespace address_range_test

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
 #include "tests/support/catch.hpp"
 
 #include <array>
 #include <cmath>
 #include <vector>
+
+namespace camera_test {
 
 using namespace obscura;
 
@@ -126,3 +128,5 @@ TEST_CASE("several windows are checked one by one and together") {
     s.set_windows(std::array{good});
     CHECK(s == one);
 }
+
+} // namespace camera_test

@@ -4,6 +4,8 @@
 
 #include <thread>
 
+namespace clock_test {
+
 using namespace obscura;
 
 TEST_CASE("midpoint of two instants does not overflow") {
@@ -65,3 +67,5 @@ TEST_CASE("in auto-advance mode a sleep is a jump") {
     CHECK_FALSE(clock.sleep_until(Time{7200 * ns_per_s}));
     CHECK(clock.now() == Time{3600 * ns_per_s});
 }
+
+} // namespace clock_test

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"
 
 #include <numeric>
 #include <thread>
 #include <vector>
+
+namespace frame_test {
 
 using namespace obscura;
 
@@ -135,3 +137,5 @@ TEST_CASE("ten-bit packing is undone by a bit-by-bit reader") {
         CHECK(value == pixels[i]);
     }
 }
+
+} // namespace frame_test

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+namespace geometry_test {
+
 using namespace obscura;
 using Catch::Matchers::WithinAbs;
 
@@ -86,3 +88,5 @@ TEST_CASE("an orthonormal basis is right-handed for any direction") {
         CHECK_THAT(length(u), WithinAbs(1, 1e-14));
     }
 }
+
+} // namespace geometry_test

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image_pattern.hpp"
+#include "core/camera/image_pattern.hpp"
 #include "tests/support/catch.hpp"
 
 #include <array>
+
+namespace image_pattern_test {
 
 using namespace obscura;
 
@@ -21,3 +23,5 @@ TEST_CASE("test patterns are what SFNC says, and the same in a window as on the 
     CHECK(row(ImagePattern::vertical_ramp_moving, 5, 10, 20) == Row{25, 25, 25});
     CHECK(row(ImagePattern::frame_counter, 4096 + 77, 1, 2) == Row{77, 77, 77});
 }
+
+} // namespace image_pattern_test

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/latency_histogram.hpp"
+#include "core/realtime/latency_histogram.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
 #include <vector>
+
+namespace latency_histogram_test {
 
 using obscura::LatencyHistogram;
 
@@ -60,3 +62,5 @@ TEST_CASE("quantiles agree with the sorted spans") {
         few.add(span);
     CHECK(few.quantile_ns(0.5) == 2);
 }
+
+} // namespace latency_histogram_test

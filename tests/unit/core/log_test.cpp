@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 #include "tests/support/catch.hpp"
 
 #include <cerrno>
@@ -7,6 +7,8 @@
 #include <string_view>
 #include <thread>
 #include <vector>
+
+namespace log_test {
 
 using namespace obscura;
 
@@ -98,3 +100,5 @@ TEST_CASE("a flood of lines is cut off and counted") {
     CHECK(limit.admit(now, suppressed));
     CHECK(suppressed == 0);
 }
+
+} // namespace log_test

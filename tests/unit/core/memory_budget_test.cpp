@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
-#include "core/memory_budget.hpp"
+#include "core/io/memory_budget.hpp"
 #include "tests/support/catch.hpp"
 
 #include <sys/resource.h>

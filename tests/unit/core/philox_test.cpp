@@ -2,6 +2,8 @@
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"
 
+namespace philox_test {
+
 using namespace obscura;
 
 using Words = std::array<std::uint32_t, 4>;
@@ -21,3 +23,5 @@ TEST_CASE("uniform numbers stay inside the open interval") {
     CHECK(uniform_double(0) > 0.0);
     CHECK(uniform_double(0xffffffff) < 1.0);
 }
+
+} // namespace philox_test

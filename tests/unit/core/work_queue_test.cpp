@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Work that threads hand to one thread: each piece runs once, there, and a closed queue leaves nobody
 // waiting.
-#include "core/event_count.hpp"
-#include "core/stack_thread.hpp"
-#include "core/work_queue.hpp"
+#include "core/realtime/event_count.hpp"
+#include "core/realtime/stack_thread.hpp"
+#include "core/realtime/work_queue.hpp"
 #include "tests/support/catch.hpp"
 
 #include <pthread.h>
@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <thread>
 #include <vector>
+
+namespace work_queue_test {
 
 using namespace obscura;
 
@@ -133,3 +135,5 @@ TEST_CASE("a thread has the stack that it was made with") {
     thread.join();
     CHECK(bytes == 512 << 10);
 }
+
+} // namespace work_queue_test

@@ -10,6 +10,8 @@
 #include <numeric>
 #include <vector>
 
+namespace adaptive_frame_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -194,3 +196,5 @@ TEST_CASE("a stall is in the record") {
     CHECK(stalled.rows_degraded > 0);
     CHECK(stalled.margin_us < 0);
 }
+
+} // namespace adaptive_frame_test

@@ -2,8 +2,8 @@
 // Frames with levels, of the real renderer on a machine of known speed.
 #pragma once
 
-#include "emulator/adaptive_frame.hpp"
-#include "emulator/kept_frames.hpp"
+#include "emulator/render/adaptive_frame.hpp"
+#include "emulator/render/kept_frames.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"
 #include "renderer/shapes/procedural_body.hpp"
 #include "tests/support/catch.hpp"

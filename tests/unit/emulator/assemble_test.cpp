@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frame pipelines made from configurations, and mistakes in scenes that are found when they are built.
 #include "core/error.hpp"
-#include "emulator/assemble.hpp"
+#include "emulator/unit/assemble.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
+
+namespace assemble_test {
 
 using namespace obscura;
 using Catch::Matchers::StartsWith;
@@ -70,3 +72,5 @@ TEST_CASE("the run word is the configured one or a new one each time") {
     CHECK(words == std::vector<std::uint32_t>{4294967294, 4294967295, 0});
     CHECK_THAT(emulator::print_config(config), Catch::Matchers::ContainsSubstring("\nrun = 4294967294\n"));
 }
+
+} // namespace assemble_test

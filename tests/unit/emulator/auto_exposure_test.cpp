@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "emulator/auto_exposure.hpp"
+#include "emulator/camera/auto_exposure.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+namespace auto_exposure_test {
 
 using namespace obscura::emulator;
 
@@ -92,3 +94,5 @@ TEST_CASE("from anywhere to the goal of a steady scene in a few frames") {
             CHECK(std::abs(signal(exposure_ns) - 2095) < 0.03 * 2000);
         }
 }
+
+} // namespace auto_exposure_test

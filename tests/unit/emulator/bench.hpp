@@ -2,9 +2,9 @@
 // A small camera on the test bench: everything of the pipeline around the test renderer.
 #pragma once
 
-#include "emulator/camera.hpp"
-#include "emulator/frame_maker.hpp"
-#include "emulator/releaser.hpp"
+#include "emulator/camera/camera.hpp"
+#include "emulator/camera/frame_maker.hpp"
+#include "emulator/camera/releaser.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 #include "tests/unit/emulator/test_renderer.hpp"

@@ -10,6 +10,8 @@
 #include <string>
 #include <thread>
 
+namespace camera_calls_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -229,3 +231,5 @@ TEST_CASE("while another client controls the camera it can only be looked at") {
     CHECK(bench.refusal("camera.set", {{"values", {{"Gain", 1}}}}).code == FailureCode::controlled);
     CHECK(bench.ask("camera.set", forced)["changed"] == json{{"Gain", 1.0}});
 }
+
+} // namespace camera_calls_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "emulator/camera.hpp"
+#include "emulator/camera/camera.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"
 
@@ -9,6 +9,8 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+namespace camera_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -820,3 +822,5 @@ TEST_CASE("with a trigger for the exposure, that of the frame only readies the c
     CHECK(kept[0]->info.trigger_edge == edge.edge);
     check_balance(bench.camera.counters());
 }
+
+} // namespace camera_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows made of earlier frames, of the real renderer: they take no memory, and their levels give them again.
 #include "core/clock.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/adaptive_rig.hpp"
@@ -11,6 +11,8 @@
 #include <cmath>
 #include <thread>
 #include <vector>
+
+namespace earlier_light_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -150,3 +152,5 @@ TEST_CASE("the levels of frames made of earlier ones give them again") {
     CHECK(frames[static_cast<std::size_t>(QualityLevel::sixteenth)] > 0);
     CHECK(partly > 0);
 }
+
+} // namespace earlier_light_test

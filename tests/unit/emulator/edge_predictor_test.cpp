@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prediction of trigger edges: exact series, jitter, drift, missing edges and jumps.
-#include "emulator/edge_predictor.hpp"
+#include "emulator/trigger/edge_predictor.hpp"
 #include "tests/support/catch.hpp"
 
 #include <cmath>
 #include <random>
+
+namespace edge_predictor_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -81,3 +83,5 @@ TEST_CASE("missing edges count as periods, and a jump begins anew") {
     predictor.restart();
     CHECK(predictor.empty());
 }
+
+} // namespace edge_predictor_test

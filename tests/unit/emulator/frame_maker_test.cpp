@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "emulator/frame_maker.hpp"
+#include "emulator/camera/frame_maker.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
+
+namespace frame_maker_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -437,3 +439,5 @@ TEST_CASE("a frame says when it lacks the image lag of the frame before") {
         CHECK(lacks(1) == there); // the next acquisition
     }
 }
+
+} // namespace frame_maker_test

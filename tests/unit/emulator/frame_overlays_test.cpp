@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Times of a frame's scene, and hot pixels.
-#include "emulator/frame_overlays.hpp"
+#include "emulator/camera/frame_overlays.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
 #include <vector>
+
+namespace frame_overlays_test {
 
 using namespace obscura;
 using emulator::PixelPlace;
@@ -56,3 +58,5 @@ TEST_CASE("hot pixels are the stuck and those of high dark current, the hottest 
     CHECK(few == std::vector<PixelPlace>(all.begin(), all.begin() + 12));
     CHECK(emulator::hot_pixels(sensors::FixedPattern(SensorDescription{}), DetectorSettings{}, 10).empty());
 }
+
+} // namespace frame_overlays_test

@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+namespace idle_thread_test {
+
 using namespace obscura::emulator;
 using obscura::service::Failure;
 using obscura::service::FailureCode;
@@ -109,3 +111,5 @@ TEST_CASE("a closed thread refuses, and its queue has an end") {
     CHECK(refusal(*thread, [](const auto&) {}) == FailureCode::not_now);
     thread.reset();
 }
+
+} // namespace idle_thread_test

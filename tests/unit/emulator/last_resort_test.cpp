@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <vector>
 
+namespace last_resort_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -106,3 +108,5 @@ TEST_CASE("without an earlier frame rows wait for their light") {
     CHECK(first->complete());
     CHECK(first->info.quality.level_max < QualityLevel::reprojected);
 }
+
+} // namespace last_resort_test

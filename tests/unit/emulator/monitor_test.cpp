@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Monitor: the table of verbs, its socket, counters of the last minute, threads of the process.
-#include "core/log.hpp"
-#include "core/log_history.hpp"
+#include "core/realtime/log.hpp"
+#include "core/realtime/log_history.hpp"
 #include "emulator/monitor/beat_times.hpp"
 #include "emulator/monitor/isolation_advice.hpp"
-#include "emulator/monitor/monitor_paths.hpp"
 #include "emulator/monitor/monitor_socket.hpp"
 #include "emulator/monitor/monitor_verbs.hpp"
 #include "emulator/monitor/own_threads.hpp"
 #include "emulator/monitor/recent_frames.hpp"
+#include "host/monitor_connection.hpp"
+#include "host/monitor_paths.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -35,6 +36,8 @@
 #include <string_view>
 #include <vector>
 
+namespace monitor_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using Json = nlohmann::json;
@@ -57,7 +60,7 @@ const std::vector<MonitorVerb> verbs{
                       [](const Two& v) { return fmt::format(R"({{"sum":{}}})", v.a + v.b); }),
     monitor_verb<NoParameters>(
         "large", "Too much", {},
-        [](const NoParameters&) { return std::string(monitor_answer_bytes + 1, 'x'); }),
+        [](const NoParameters&) { return std::string(host::monitor_answer_bytes + 1, 'x'); }),
     monitor_verb<NoParameters>("thrower", "Fails", {},
                                [](const NoParameters&) -> MonitorAnswer { throw std::runtime_error("why"); }),
 };
@@ -69,7 +72,7 @@ std::string error_of(std::string_view request) {
 std::string ask(const FileDescriptor& client, MonitorSocket& server, const std::string& request) {
     if (::send(client.get(), request.data(), request.size(), MSG_NOSIGNAL) < 0) return "not sent";
     server.serve({});
-    std::string answer(monitor_answer_bytes, '\0');
+    std::string answer(host::monitor_answer_bytes, '\0');
     const ssize_t bytes = ::recv(client.get(), answer.data(), answer.size(), MSG_DONTWAIT);
     answer.resize(bytes > 0 ? static_cast<std::size_t>(bytes) : 0);
     return answer;
@@ -102,8 +105,8 @@ TEST_CASE("a request that is not understood is answered with what is allowed", "
     // As deep as a request can be.
     CHECK(error_of(R"({"verb":"sum","b":)" + std::string(2000, '[') + std::string(2000, ']') + "}")
               .starts_with("sum: b: is an array"));
-    CHECK(error_of(std::string(monitor_request_bytes + 1, ' ')) == "a request has at most 4096 bytes");
-    CHECK(error_of(std::string(monitor_request_bytes, '[')).starts_with("a request is"));
+    CHECK(error_of(std::string(host::monitor_request_bytes + 1, ' ')) == "a request has at most 4096 bytes");
+    CHECK(error_of(std::string(host::monitor_request_bytes, '[')).starts_with("a request is"));
     CHECK(error_of(R"({"verb":"large"})") == "large: the answer has more than 196608 bytes");
     CHECK(error_of(R"({"verb":"thrower"})") == "why");
     CHECK(error_of("{\"verb\":\"sum\",\"\\u0000\\ud83d\":1}").starts_with("a request is"));
@@ -125,13 +128,14 @@ TEST_CASE("the monitor socket answers several clients and outlives rude ones", "
     const auto path = folder.path() / "deep" / "one.socket";
     MonitorSocket server(path, echo);
     server.start();
-    const FileDescriptor first = connect_to_monitor(path);
+    const FileDescriptor first = host::connect_to_monitor(path);
     REQUIRE(first);
     CHECK(ask(first, server, "abc") == "3 bytes");
     // A longer packet is cut, and its length shows that.
-    CHECK(ask(first, server, std::string(9000, 'x')) == fmt::format("{} bytes", monitor_request_bytes + 1));
+    CHECK(ask(first, server, std::string(9000, 'x')) ==
+          fmt::format("{} bytes", host::monitor_request_bytes + 1));
     {
-        const FileDescriptor second = connect_to_monitor(path);
+        const FileDescriptor second = host::connect_to_monitor(path);
         CHECK(ask(second, server, "abcd") == "4 bytes");
         CHECK(server.clients() == 2);
     }
@@ -141,7 +145,7 @@ TEST_CASE("the monitor socket answers several clients and outlives rude ones", "
     // Connections beyond the limit wait until there is room.
     std::vector<FileDescriptor> many;
     for (std::size_t i = 0; i < MonitorSocket::most_clients; ++i)
-        many.push_back(connect_to_monitor(path));
+        many.push_back(host::connect_to_monitor(path));
     server.serve({});
     CHECK(server.clients() == MonitorSocket::most_clients);
     many.erase(many.begin());
@@ -158,12 +162,12 @@ TEST_CASE("descriptors come with an answer to those who take them", "[emulator]"
         return MonitorAnswer("{}", {one.get(), two.get()});
     });
     server.start();
-    const FileDescriptor client = connect_to_monitor(server.path());
+    const FileDescriptor client = host::connect_to_monitor(server.path());
     const auto receive = [&](std::vector<FileDescriptor>* descriptors) {
         REQUIRE(::send(client.get(), "{}", 2, MSG_NOSIGNAL) == 2);
         server.serve({});
-        std::vector<char> text(monitor_answer_bytes);
-        const ssize_t bytes = receive_answer(client.get(), text, descriptors);
+        std::vector<char> text(host::monitor_answer_bytes);
+        const ssize_t bytes = host::receive_answer(client.get(), text, descriptors);
         return std::string(text.data(), static_cast<std::size_t>(std::max<ssize_t>(0, bytes)));
     };
     const auto open_files = [] {
@@ -185,13 +189,13 @@ TEST_CASE("a client that is stopped while it waits for its answer gets it", "[em
     const test::TempFolder folder;
     MonitorSocket server(folder.path() / "one.socket", echo);
     server.start();
-    const FileDescriptor client = connect_to_monitor(server.path());
+    const FileDescriptor client = host::connect_to_monitor(server.path());
     REQUIRE(client);
     const pid_t child = ::fork();
     if (child == 0) {
         std::array<char, 64> text{};
-        const bool whole = send_request(client.get(), "abc") &&
-                           receive_answer(client.get(), text, nullptr) == 7 &&
+        const bool whole = host::send_request(client.get(), "abc") &&
+                           host::receive_answer(client.get(), text, nullptr) == 7 &&
                            std::string_view(text.data(), 7) == "3 bytes";
         ::_exit(whole ? 0 : 1);
     }
@@ -222,19 +226,19 @@ TEST_CASE("a client that is stopped while it waits for its answer gets it", "[em
 TEST_CASE("the largest answer is one packet", "[emulator]") {
     const test::TempFolder folder;
     MonitorSocket server(folder.path() / "one.socket",
-                         [](std::string_view) { return std::string(monitor_answer_bytes, 'x'); });
+                         [](std::string_view) { return std::string(host::monitor_answer_bytes, 'x'); });
     server.start();
-    const FileDescriptor client = connect_to_monitor(server.path());
+    const FileDescriptor client = host::connect_to_monitor(server.path());
     for (int i = 0; i < 3; ++i)
-        REQUIRE(ask(client, server, "{}") == std::string(monitor_answer_bytes, 'x'));
+        REQUIRE(ask(client, server, "{}") == std::string(host::monitor_answer_bytes, 'x'));
 }
 
 TEST_CASE("a client of the monitor that does not read is disconnected", "[emulator]") {
     const test::TempFolder folder;
     MonitorSocket server(folder.path() / "one.socket",
-                         [](std::string_view) { return std::string(monitor_answer_bytes, 'x'); });
+                         [](std::string_view) { return std::string(host::monitor_answer_bytes, 'x'); });
     server.start();
-    const FileDescriptor client = connect_to_monitor(server.path());
+    const FileDescriptor client = host::connect_to_monitor(server.path());
     for (int i = 0; i < 1000 && (i == 0 || server.clients() == 1); ++i) {
         [[maybe_unused]] const ssize_t sent = ::send(client.get(), "{}", 2, MSG_NOSIGNAL | MSG_DONTWAIT);
         server.serve({});
@@ -250,7 +254,7 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
     std::vector<FileDescriptor> clients;
     Time now;
     for (std::size_t i = 0; i < MonitorSocket::most_clients; ++i, now += ns_per_s) {
-        clients.push_back(connect_to_monitor(server.path()));
+        clients.push_back(host::connect_to_monitor(server.path()));
         REQUIRE(clients.back());
         server.serve(now);
     }
@@ -264,13 +268,13 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
     CHECK(asked(0));
     server.serve(now + 3600 * ns_per_s); // nobody waits: all of them may stay
     CHECK(server.clients() == MonitorSocket::most_clients);
-    clients.push_back(connect_to_monitor(server.path()));
+    clients.push_back(host::connect_to_monitor(server.path()));
     CHECK(asked(8));
     CHECK_FALSE(asked(1)); // the one that has been idle for the longest time
     for (const std::size_t client : {0, 2, 3, 4, 5, 6, 7, 8})
         CHECK(asked(client));
     // Those who have just asked are not idle: further ones wait until one goes.
-    clients.push_back(connect_to_monitor(server.path()));
+    clients.push_back(host::connect_to_monitor(server.path()));
     CHECK_FALSE(asked(9));
     CHECK(server.clients() == MonitorSocket::most_clients);
     clients[5] = {};
@@ -282,7 +286,7 @@ TEST_CASE("idle connections do not keep others out for long", "[emulator]") {
     MonitorSocket server(folder.path() / "one.socket", echo);
     server.start();
     Time now;
-    const FileDescriptor watcher = connect_to_monitor(server.path());
+    const FileDescriptor watcher = host::connect_to_monitor(server.path());
     const auto asks = [&](const FileDescriptor& client) {
         char answer[16];
         if (::send(client.get(), "abc", 3, MSG_NOSIGNAL) < 0) return false;
@@ -294,7 +298,7 @@ TEST_CASE("idle connections do not keep others out for long", "[emulator]") {
     std::vector<FileDescriptor> crowd;
     const auto connect = [&](std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
-            crowd.push_back(connect_to_monitor(server.path(), false));
+            crowd.push_back(host::connect_to_monitor(server.path(), false));
             REQUIRE(crowd.back());
         }
     };
@@ -308,7 +312,7 @@ TEST_CASE("idle connections do not keep others out for long", "[emulator]") {
         now += ns_per_s / 10;
         ++looks;
         server.serve(now);
-        last = connect_to_monitor(server.path(), false);
+        last = host::connect_to_monitor(server.path(), false);
     }
     bool answered = false;
     while (!answered && looks < 100) {
@@ -328,7 +332,7 @@ TEST_CASE("a left over monitor socket is replaced, a served one and other files 
         first.start();
         MonitorSocket second(path, echo);
         CHECK_THROWS_WITH(second.start(), Catch::Matchers::EndsWith("one.socket: another daemon serves it"));
-        CHECK(connect_to_monitor(path));
+        CHECK(host::connect_to_monitor(path));
     }
     CHECK_FALSE(std::filesystem::exists(path));
     {
@@ -342,7 +346,7 @@ TEST_CASE("a left over monitor socket is replaced, a served one and other files 
     REQUIRE(std::filesystem::exists(path));
     MonitorSocket third(path, echo);
     third.start();
-    CHECK(connect_to_monitor(path));
+    CHECK(host::connect_to_monitor(path));
     third.stop();
     std::ofstream(path) << "text";
     CHECK_THROWS_WITH(third.start(), Catch::Matchers::EndsWith("exists, and is no socket"));
@@ -367,7 +371,7 @@ TEST_CASE("sockets of daemons that have gone are removed, no others", "[emulator
         touch(name);
     touch("obscurad-99999999.socket");
     touch("obscurad-99999999.calls");
-    remove_left_over_sockets(folder.path());
+    host::remove_left_over_sockets(folder.path());
     for (const std::string& name : kept)
         CHECK(std::filesystem::exists(folder.path() / name));
     CHECK_FALSE(std::filesystem::exists(folder.path() / "obscurad-99999999.socket"));
@@ -378,17 +382,18 @@ TEST_CASE("a daemon's own monitor socket is found again", "[emulator]") {
     const test::TempFolder folder;
     ::unsetenv("RUNTIME_DIRECTORY");
     ::setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
-    CHECK(own_monitor_folder() == folder.path() / "obscura");
-    MonitorSocket server(own_monitor_socket(), echo);
+    CHECK(host::own_monitor_folder() == folder.path() / "obscura");
+    MonitorSocket server(host::own_monitor_socket(), echo);
     server.start();
-    CHECK(own_calls_socket() == folder.path() / "obscura" / fmt::format("obscurad-{}.calls", ::getpid()));
-    { const std::ofstream calls(own_calls_socket()); }
-    const auto found = monitor_sockets();
-    CHECK(std::find(found.begin(), found.end(), own_calls_socket()) == found.end());
+    CHECK(host::own_calls_socket() ==
+          folder.path() / "obscura" / fmt::format("obscurad-{}.calls", ::getpid()));
+    { const std::ofstream calls(host::own_calls_socket()); }
+    const auto found = host::monitor_sockets();
+    CHECK(std::find(found.begin(), found.end(), host::own_calls_socket()) == found.end());
     CHECK(std::find(found.begin(), found.end(), server.path()) != found.end());
     ::setenv("RUNTIME_DIRECTORY", "/run/obscura-left:/run/other", 1);
-    CHECK(own_monitor_folder() == "/run/obscura-left");
-    CHECK(own_calls_socket() == "/run/obscura-left/calls");
+    CHECK(host::own_monitor_folder() == "/run/obscura-left");
+    CHECK(host::own_calls_socket() == "/run/obscura-left/calls");
     ::unsetenv("RUNTIME_DIRECTORY");
 }
 
@@ -624,3 +629,5 @@ TEST_CASE("the age of a heartbeat is the time since the look that saw it", "[emu
     beats.note(Time{14 * ns_per_s}, {&second}); // the source of triggers was replaced
     CHECK(beats.ages(Time{14 * ns_per_s}).size() == 1);
 }
+
+} // namespace monitor_test

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lines that tell the bench what the camera does.
 #include "core/error.hpp"
-#include "emulator/output_lines.hpp"
+#include "emulator/camera/output_lines.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"
 
 #include <mutex>
 #include <vector>
+
+namespace output_lines_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -121,3 +123,5 @@ TEST_CASE("no lines, no thread") {
     CHECK(lines.heartbeat().beats() == 0);
     lines.stop();
 }
+
+} // namespace output_lines_test

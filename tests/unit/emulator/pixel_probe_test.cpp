@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pixel probe held against an analytic sphere, the frame's own light and the truth of its pixels.
-#include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "emulator/pixel_probe.hpp"
+#include "emulator/unit/assemble.hpp"
+#include "emulator/unit/pixel_probe.hpp"
 #include "service/failure.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -19,6 +19,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace pixel_probe_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -376,3 +378,5 @@ TEST_CASE("origins are kept of the latest frames, by number and edge") {
     origins->note(origin);
     CHECK(origins->find(2, origin.trigger_edge)->scene_to_clock_ns == origin.scene_to_clock_ns);
 }
+
+} // namespace pixel_probe_test

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Quality controller under simulated loads: rows are in time, and quality follows the time that there is.
-#include "emulator/quality_controller.hpp"
+#include "emulator/render/quality_controller.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/simulated_load.hpp"
 
 #include <vector>
+
+namespace quality_controller_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -160,3 +162,5 @@ TEST_CASE("an earlier frame is reprojected where that errs by less than a sparse
     // None is biased that can be full.
     CHECK(levels_of(0.78, 0.5).first[moved] == 0);
 }
+
+} // namespace quality_controller_test

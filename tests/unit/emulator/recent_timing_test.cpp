@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time stamps of the newest frames: the numbers of the timing file, and histograms of stages.
-#include "emulator/recent_timing.hpp"
+#include "emulator/record/recent_timing.hpp"
 #include "tests/support/catch.hpp"
 
 #include <map>
@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+namespace recent_timing_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -211,3 +213,5 @@ TEST_CASE("the lateness of the rows of a frame is kept, of the latest acquisitio
     CHECK(other->us.front() == 40);
     CHECK_FALSE(recent.row_lateness(7));
 }
+
+} // namespace recent_timing_test

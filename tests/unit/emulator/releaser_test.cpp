@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The releasing thread under a clock that only moves when told to.
-#include "emulator/releaser.hpp"
+#include "emulator/camera/releaser.hpp"
 #include "tests/support/catch.hpp"
 
 #include <atomic>
@@ -8,6 +8,8 @@
 #include <memory>
 #include <thread>
 #include <vector>
+
+namespace releaser_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -217,3 +219,5 @@ TEST_CASE("polling is rationed to a fifth of every second") {
     CHECK(releaser.counters().spins_denied >= 5);
     CHECK(releaser.counters().complete == 20);
 }
+
+} // namespace releaser_test

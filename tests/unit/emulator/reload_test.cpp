@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which keys two configurations differ in, and which of them a running daemon takes on.
-#include "emulator/reload.hpp"
+#include "emulator/unit/reload.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
+
+namespace reload_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -51,3 +53,5 @@ TEST_CASE("the bench's clock may change while running, the camera may not") {
     CHECK_FALSE(emulator::is_reloadable("camera.exposure_us"));
     CHECK_FALSE(emulator::is_reloadable("camera[1].trigger.rate_hz"));
 }
+
+} // namespace reload_test

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+namespace render_ahead_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -516,3 +518,5 @@ TEST_CASE("an acquisition that ends leaves no rendering behind") {
     bench.wait_ended(1);
     CHECK(bench.camera.counters().frames == 1);
 }
+
+} // namespace render_ahead_test

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rest of threads that render: how much of any second, in what pieces, and that waiting counts.
-#include "emulator/render_rest.hpp"
+#include "emulator/render/render_rest.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
 #include <deque>
+
+namespace render_rest_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -77,3 +79,5 @@ TEST_CASE("a thread that may work all the time never rests") {
     rendering.run(1);
     CHECK(rendering.rested_ns == 0);
 }
+
+} // namespace render_rest_test

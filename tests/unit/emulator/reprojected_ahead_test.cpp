@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames rendered ahead for an edge that comes at another time, whole, of several windows and of lines: stars
 // are those of a frame rendered at the edge, bodies within a fraction of a pixel, and the frame says so.
-#include "emulator/frame_maker.hpp"
+#include "emulator/camera/frame_maker.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"
 #include "renderer/shapes/procedural_body.hpp"
 #include "sensors/sensor.hpp"
@@ -16,6 +16,8 @@
 #include <random>
 #include <thread>
 #include <vector>
+
+namespace reprojected_ahead_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -343,3 +345,5 @@ TEST_CASE("reprojection takes nothing from the heap") {
     CHECK(ahead.maker.ahead_counters().moved == 3);
     CHECK(obscura::test::allocation_counts().realtime == 0);
 }
+
+} // namespace reprojected_ahead_test

@@ -2,7 +2,7 @@
 // Trigger router under a fake clock: edges in, frame requests out, without frames.
 #pragma once
 
-#include "emulator/trigger_router.hpp"
+#include "emulator/trigger/trigger_router.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>

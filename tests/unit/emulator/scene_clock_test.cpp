@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene time that frames show, by each of the scene's clocks.
 #include "core/error.hpp"
-#include "emulator/scene_clock.hpp"
+#include "emulator/camera/scene_clock.hpp"
 #include "ephemeris/time/time_text.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -9,6 +9,8 @@
 
 #include <string>
 #include <vector>
+
+namespace scene_clock_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -149,3 +151,5 @@ TEST_CASE("recorded scene times are read from a table") {
     CHECK_THROWS_WITH(read_scene_times(folder.write("t.csv", "time_s\n")),
                       ContainsSubstring("t.csv: no rows after the header"));
 }
+
+} // namespace scene_clock_test

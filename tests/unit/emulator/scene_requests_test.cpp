@@ -13,6 +13,8 @@
 #include <string>
 #include <thread>
 
+namespace scene_requests_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using service::Failure;
@@ -142,3 +144,5 @@ TEST_CASE("when the daemon stops, no request waits for ever") {
     requests.serve([](const auto&, const auto&) -> std::string { throw std::logic_error("closed"); });
     CHECK(requests.shown() == 0);
 }
+
+} // namespace scene_requests_test

@@ -3,7 +3,7 @@
 // phases.
 #pragma once
 
-#include "emulator/quality_controller.hpp"
+#include "emulator/render/quality_controller.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Poses from outside, and the lines they come in.
 #include "core/philox.hpp"
-#include "emulator/pose_ring.hpp"
-#include "emulator/simulator_protocol.hpp"
+#include "emulator/render/pose_ring.hpp"
+#include "emulator/simulator/simulator_protocol.hpp"
 #include "tests/support/catch.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <thread>
+
+namespace simulator_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -220,3 +222,5 @@ TEST_CASE("the ring keeps the last 64 poses, and readers never see a mixture") {
     writer.join();
     CHECK(mixed == 0);
 }
+
+} // namespace simulator_test

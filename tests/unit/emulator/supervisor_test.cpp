@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who feeds the watchdog, and which threads get what they ask for.
 #include "core/error.hpp"
-#include "emulator/supervisor.hpp"
-#include "emulator/thread_plan.hpp"
+#include "emulator/daemon/supervisor.hpp"
+#include "emulator/unit/thread_plan.hpp"
 #include "tests/support/catch.hpp"
 
 #include <sched.h>
+
+namespace supervisor_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
@@ -159,3 +161,5 @@ TEST_CASE("the class of rendering is as configured, and ordinary without real ti
     CHECK_FALSE(schedule_this_thread(beyond).granted);
     CHECK(schedule_this_thread(beyond).why.find("fifo") != std::string::npos);
 }
+
+} // namespace supervisor_test

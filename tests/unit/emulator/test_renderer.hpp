@@ -2,7 +2,7 @@
 // A renderer for pipeline tests: light that is known in closed form, and that can be held back.
 #pragma once
 
-#include "core/frame_quality.hpp"
+#include "core/camera/frame_quality.hpp"
 
 #include <atomic>
 #include <cstdint>

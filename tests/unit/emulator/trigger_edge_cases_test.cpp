@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+namespace trigger_edge_cases_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -162,3 +164,5 @@ TEST_CASE("pulses far faster than rendering are counted one by one") {
         before = frame->info.trigger_id;
     }
 }
+
+} // namespace trigger_edge_cases_test

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Further lines, levels, the width of a pulse, and the ends of counters and timers as triggers.
-#include "emulator/camera.hpp"
+#include "emulator/camera/camera.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"
 
 #include <functional>
 #include <vector>
+
+namespace trigger_lines_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -299,3 +301,5 @@ TEST_CASE("a timer that a frame starts, and that starts the next one, is a clock
     CHECK(edges[1] == exposed + pause_ns);
     CHECK(edges[2] - edges[1] == edges[1] - edges[0]);
 }
+
+} // namespace trigger_lines_test

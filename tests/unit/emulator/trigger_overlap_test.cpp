@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "emulator/camera.hpp"
+#include "emulator/camera/camera.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"
+
+namespace trigger_overlap_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -50,3 +52,5 @@ TEST_CASE("trigger overlap says from when on the next edge is taken") {
     s.trigger_overlap = TriggerOverlap::readout;
     CHECK_FALSE(plain.camera.apply(s));
 }
+
+} // namespace trigger_overlap_test

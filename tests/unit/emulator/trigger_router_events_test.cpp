@@ -2,6 +2,8 @@
 // TriggerRouter: levels, ExposureMode TriggerWidth, ends of counters and timers.
 #include "tests/unit/emulator/router_fixture.hpp"
 
+namespace trigger_router_events_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -205,3 +207,5 @@ TEST_CASE("timers and counters follow the instants of the current frame", "[emul
     f.run_to(30);
     CHECK(f.frames() == Instants{15});
 }
+
+} // namespace trigger_router_events_test

@@ -5,6 +5,8 @@
 #include <atomic>
 #include <thread>
 
+namespace trigger_router_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -466,3 +468,5 @@ TEST_CASE("sources, control side, alarms and pipeline run on threads of their ow
     CHECK(c.edges + c.lost == c.taken + c.missed + c.masked);
     CHECK(missed.count <= c.missed);
 }
+
+} // namespace trigger_router_test

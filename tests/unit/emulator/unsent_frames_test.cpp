@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+namespace unsent_frames_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
@@ -68,3 +70,5 @@ TEST_CASE("where frames are for viewers only, none is unsent", "[emulator]") {
     CHECK(camera.counters().frames == 1);
     CHECK(camera.counters().unsent == 0);
 }
+
+} // namespace unsent_frames_test

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+namespace epoch_test {
+
 using namespace obscura::ephemeris;
 
 TEST_CASE("TDB of instants agrees with python3-erfa to a nanosecond") {
@@ -38,3 +40,5 @@ TEST_CASE("A span is added to a TDB time without loss of its fraction") {
     CHECK(back.whole_s == 1.8e9 - 1);
     CHECK(back.part_s == 0.875);
 }
+
+} // namespace epoch_test

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace frames_test {
+
 using namespace obscura;
 using namespace obscura::ephemeris;
 using Catch::Matchers::ContainsSubstring;
@@ -267,3 +269,5 @@ TEST_CASE("Attitudes of a CK are interpolated at the spacecraft's clock, within 
     CHECK_THROWS_WITH(Ephemeris({type2}),
                       ContainsSubstring("CK type 2 (constant rates) is not supported, allowed 3"));
 }
+
+} // namespace frames_test

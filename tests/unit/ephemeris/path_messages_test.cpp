@@ -14,6 +14,8 @@
 #include <numbers>
 #include <string>
 
+namespace path_messages_test {
+
 using namespace obscura;
 using namespace obscura::ephemeris;
 using Catch::Matchers::ContainsSubstring;
@@ -478,3 +480,5 @@ TEST_CASE("frames with the axes of the ICRF are known by name", "[ephemeris]") {
     for (const char* name : {"", "TOD", "ITRF2000", "J20001", "TEME", "GRC", "ICRF123", "FK4"})
         CHECK_FALSE(is_inertial_frame(name));
 }
+
+} // namespace path_messages_test

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+namespace places_test {
+
 using namespace obscura;
 using obscura::test::angle;
 using namespace obscura::ephemeris;
@@ -144,3 +146,5 @@ TEST_CASE("Points below New Horizons and the Sun on Io agree with the header of 
     CHECK(std::abs(subsolar.longitude_rad / deg - 174.2412112480325) < 0.01);
     CHECK(std::abs(length(seen.position_m) / 1000 - 2416533.87342724) < 50);
 }
+
+} // namespace places_test

@@ -14,6 +14,8 @@
 #include <string_view>
 #include <vector>
 
+namespace real_kernels_test {
+
 using namespace obscura;
 using namespace obscura::ephemeris;
 using Catch::Matchers::ContainsSubstring;
@@ -188,3 +190,5 @@ TEST_CASE("Attitude and states of New Horizons from its kernels agree with the h
     CHECK_THROWS_WITH(kernels.orientation("NH_LORRI", {225940000, 0}),
                       ContainsSubstring("NH_SPACECRAFT is covered 2007-02-28T12:30:54.626 TDB to"));
 }
+
+} // namespace real_kernels_test

@@ -12,6 +12,8 @@
 #include <functional>
 #include <numbers>
 
+namespace spk_test {
+
 using namespace obscura;
 using namespace obscura::ephemeris;
 using Catch::Matchers::ContainsSubstring;
@@ -358,3 +360,5 @@ TEST_CASE("Values that are no numbers are found when they are used") {
     CHECK(kernels.state(1, 0, {600, 0}, s) == Evaluation::damaged);
     CHECK(kernels.state(1, 0, {1100, 0}, s) == Evaluation::damaged);
 }
+
+} // namespace spk_test

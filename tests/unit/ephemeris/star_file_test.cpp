@@ -13,6 +13,8 @@
 #include <numbers>
 #include <random>
 
+namespace star_file_test {
+
 using namespace obscura;
 using namespace obscura::ephemeris;
 
@@ -205,3 +207,5 @@ TEST_CASE("stars that a record cannot hold are refused by their place", "[stars]
     stars[1].direction = {0, 0, 0};
     CHECK_THROWS_WITH(star_file_bytes(stars, "", {}), Catch::Matchers::StartsWith("star 2: "));
 }
+
+} // namespace star_file_test

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <string>
 
+namespace time_scale_test {
+
 using namespace obscura;
 using namespace obscura::ephemeris;
 using Catch::Matchers::ContainsSubstring;
@@ -157,3 +159,5 @@ TEST_CASE("NAIF's kernel and the system's list agree with ERFA", "[ephemeris]") 
     } else
         WARN("skipped: no " << system_leap_second_file);
 }
+
+} // namespace time_scale_test

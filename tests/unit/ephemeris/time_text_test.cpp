@@ -6,6 +6,8 @@
 #include <array>
 #include <string>
 
+namespace time_text_test {
+
 using namespace obscura::ephemeris;
 using Catch::Matchers::ContainsSubstring;
 
@@ -142,3 +144,5 @@ TEST_CASE("what is no time is refused with its place and what is allowed", "[eph
     // Bytes that a terminal would obey do not reach a message.
     CHECK_THROWS_WITH(read_time("2007\x1b[2J", leap_seconds), !ContainsSubstring("\x1b"));
 }
+
+} // namespace time_text_test

@@ -2,7 +2,7 @@
 // Two cameras that only exist in memory, for tests of instruments.
 #pragma once
 
-#include "instrument/camera_link.hpp"
+#include "instrument/link/camera_link.hpp"
 
 #include <string>
 #include <utility>

@@ -5,6 +5,8 @@
 
 #include <string>
 
+namespace lxi_test {
+
 using namespace obscura::instrument;
 
 TEST_CASE("the identification is served at its paths, and nothing elsewhere", "[instrument]") {
@@ -25,3 +27,5 @@ TEST_CASE("the identification is served at its paths, and nothing elsewhere", "[
     CHECK(lxi_identification({"1", "", "192.0.2.1", 80, 0}).find("InstrumentAddressString") ==
           std::string::npos);
 }
+
+} // namespace lxi_test

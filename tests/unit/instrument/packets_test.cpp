@@ -13,6 +13,8 @@
 #include <random>
 #include <vector>
 
+namespace packets_test {
+
 using namespace obscura;
 using namespace obscura::instrument;
 
@@ -165,3 +167,5 @@ TEST_CASE("telemetry counts packets of each kind", "[instrument]") {
     CHECK(read_header(frame) == PacketHeader{false, true, first_apid + 1, 0});
     CHECK(writer.write(Housekeeping{}, 0).size() <= most_packet_bytes);
 }
+
+} // namespace packets_test

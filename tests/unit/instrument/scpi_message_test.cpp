@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+namespace scpi_message_test {
+
 using namespace obscura::instrument;
 
 namespace {
@@ -158,3 +160,5 @@ TEST_CASE("a full error queue says so, and each class has its event bit", "[inst
         last = status.take_error();
     CHECK(last == "-350,\"Queue overflow\"");
 }
+
+} // namespace scpi_message_test

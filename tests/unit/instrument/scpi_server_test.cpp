@@ -16,6 +16,8 @@
 #include <utility>
 #include <vector>
 
+namespace scpi_server_test {
+
 using namespace obscura;
 using namespace obscura::instrument;
 
@@ -96,3 +98,5 @@ TEST_CASE("machines on the list and this one are admitted", "[instrument]") {
     CHECK_FALSE(listed.admits_peer(-1, "SCPI"));
     CHECK(Admission(std::vector<AddressRange>{}).admits(0xC0A80814, "SCPI"));
 }
+
+} // namespace scpi_server_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SCPI conversations with cameras that only exist in memory.
-#include "core/log_history.hpp"
-#include "instrument/recorded_link.hpp"
+#include "core/realtime/log_history.hpp"
+#include "instrument/link/recorded_link.hpp"
 #include "instrument/scpi/session.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/instrument/fake_link.hpp"
@@ -9,6 +9,8 @@
 #include <random>
 #include <string>
 #include <vector>
+
+namespace scpi_session_test {
 
 using namespace obscura;
 using namespace obscura::instrument;
@@ -197,3 +199,5 @@ TEST_CASE("each change is a line of the log, with who has made it", "[instrument
                                             "instrument: SCPI of 192.0.2.7: stop of camera 1",
                                             "instrument: SCPI of 192.0.2.7: trigger of camera 1"});
 }
+
+} // namespace scpi_session_test

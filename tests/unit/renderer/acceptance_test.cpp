@@ -20,6 +20,8 @@
 
 #include <functional>
 
+namespace acceptance_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -283,3 +285,5 @@ TEST_CASE("A mesh in floats is as sharp as doubles down to metres from an astero
         CHECK(far.range_m < 1);
     }
 }
+
+} // namespace acceptance_test

@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <string>
 
+namespace adaptive_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -225,3 +227,5 @@ TEST_CASE("The error asked for is relative to the lit body's radiance, whichever
         CHECK(std::abs(samples(s) / direct - 1) < 0.02);
     }
 }
+
+} // namespace adaptive_test

@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+namespace aim_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -209,3 +211,5 @@ TEST_CASE("an aim at what does not exist is refused with the names that there ar
     s.camera.motion.aim = scene::Aim{.up = {0, 0, 0}};
     CHECK(refusal(s) == "camera: the aim needs a finite point and an \"up\" that is not zero");
 }
+
+} // namespace aim_test

@@ -22,6 +22,8 @@
 #include <utility>
 #include <vector>
 
+namespace albedos_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using Catch::Matchers::ContainsSubstring;
@@ -300,3 +302,5 @@ TEST_CASE("A sphere of the phase curve's law has the phase curve") {
     CHECK_THAT(refused({0.5, {0, 5}, {0, 1, 2}, 0.5}), ContainsSubstring("3 magnitudes, allowed as many"));
     CHECK_THAT(refused({0.5, {0, 5}, {0.1, 1}, 0.5}), ContainsSubstring("the first magnitude must be 0"));
 }
+
+} // namespace albedos_test

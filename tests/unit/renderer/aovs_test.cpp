@@ -9,6 +9,8 @@
 
 #include <algorithm>
 
+namespace aovs_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -210,3 +212,5 @@ TEST_CASE("rays from the camera meet what the layers tell, and others what is in
     CHECK_THAT(distances[size * size], WithinAbs(1500, 1e-9));
     CHECK_THAT(distances[size * size + 1], WithinAbs(500, 1e-9));
 }
+
+} // namespace aovs_test

@@ -7,6 +7,8 @@
 #include "tests/unit/renderer/terrain_support.hpp"
 #include "tests/unit/terrain/made_tiles.hpp"
 
+namespace detail_parameters_test {
+
 using namespace obscura;
 using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::WithinAbs;
@@ -96,3 +98,5 @@ TEST_CASE("Rays meet the detail of a planet where its layers have it") {
     }
     CHECK(highest > 100);
 }
+
+} // namespace detail_parameters_test

@@ -10,6 +10,8 @@
 #include <array>
 #include <string>
 
+namespace determinism_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -166,3 +168,5 @@ TEST_CASE("The ground truth holds every pose at its instant") {
     CHECK(truth.seed == 9);
     CHECK(truth.sun_position_m == s.sun.position_m);
 }
+
+} // namespace determinism_test

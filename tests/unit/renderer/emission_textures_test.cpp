@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+namespace emission_textures_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::ContainsSubstring;
@@ -211,3 +213,5 @@ TEST_CASE("An emission map without an emission is refused, and so is one of a wr
         folder.write("s.toml", ball + "emission_w_m2_sr = [2]\nemission_texture = \"map.png\"\n"));
     CHECK(read.bodies[0].textures.emission == map);
 }
+
+} // namespace emission_textures_test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Craters and boulders in the truth table: against depth maps, and against all features of a body.
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/planets/planet_parameters.hpp"
 #include "renderer/shapes/single_ray.hpp"
@@ -15,6 +15,8 @@
 #include <map>
 #include <set>
 #include <string>
+
+namespace feature_truth_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -449,3 +451,5 @@ TEST_CASE("Limb and terminator of a terrain are where rays of its levels begin t
     }
     CHECK(within == part.size());
 }
+
+} // namespace feature_truth_test

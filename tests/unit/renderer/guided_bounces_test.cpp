@@ -2,13 +2,15 @@
 // Guided bounce rays against cosine-weighted ones: the same light, less noise.
 #include "renderer/materials/lambert.hpp"
 #include "renderer/materials/phong.hpp"
+#include "renderer/registries/registry.hpp"
 #include "renderer/shapes/elevation_guide.hpp"
 #include "renderer/shapes/procedural_body.hpp"
-#include "renderer/shapes/registry.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 
 #include <array>
+
+namespace guided_bounces_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -109,3 +111,5 @@ TEST_CASE("Guided bounces bring the same light with less noise") {
     CHECK_THAT(guided.total - direct.total, WithinRel(indirect, 0.06));
     CHECK(guided_cost < 0.7 * plain_cost);
 }
+
+} // namespace guided_bounces_test

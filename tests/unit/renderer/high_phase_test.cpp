@@ -22,6 +22,8 @@
 #include <string>
 #include <utility>
 
+namespace high_phase_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -478,3 +480,5 @@ TEST_CASE("Of a shape that is no ellipsoid the lit part is at least the half tow
     CHECK(!disc.lit(normalized(Vec3{-0.001, 0, -1})));
     CHECK(disc.inverse_pdf_sr(LitDisc::Part::dark, normalized(Vec3{-0.001, 0, -1})) > 0);
 }
+
+} // namespace high_phase_test

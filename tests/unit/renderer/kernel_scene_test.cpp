@@ -22,6 +22,8 @@
 #include <numbers>
 #include <string>
 
+namespace kernel_scene_test {
+
 using namespace obscura;
 using Catch::Matchers::ContainsSubstring;
 using obscura::test::angle;
@@ -361,3 +363,5 @@ TEST_CASE("The camera sees planets where python3-skyfield has them, to a milliar
         }
     }
 }
+
+} // namespace kernel_scene_test

@@ -11,6 +11,8 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
+namespace kinematics_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -228,3 +230,5 @@ TEST_CASE("Bodies of one file share its mesh") {
     CHECK(built[0].shape.get() == built[1].shape.get());
     CHECK(built[0].shape.get() != built[2].shape.get());
 }
+
+} // namespace kinematics_test

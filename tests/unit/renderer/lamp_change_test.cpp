@@ -10,6 +10,8 @@
 #include <cmath>
 #include <random>
 
+namespace lamp_change_test {
+
 using namespace obscura;
 
 namespace {
@@ -100,3 +102,5 @@ TEST_CASE("no beam and no shadow on a body moves further than the bound") {
     }
     CHECK(nearest > 0.5);
 }
+
+} // namespace lamp_change_test

@@ -12,6 +12,8 @@
 
 #include <functional>
 
+namespace lens_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -310,3 +312,5 @@ TEST_CASE("Pictures through a lens: bodies, targeted bodies and stars lie where 
         }
     CHECK(wrong == 0);
 }
+
+} // namespace lens_test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Deflection of light by the Sun in frames and truth tables, against ERFA and closed forms.
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/scene/sky_object.hpp"
 #include "renderer/truth/scene_truth.hpp"
@@ -12,6 +12,8 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+
+namespace light_deflection_test {
 
 using namespace obscura;
 
@@ -204,3 +206,5 @@ TEST_CASE("Bodies and points in space are shifted away from the Sun by their dis
     s.camera.focal_length_m /= 1e5;
     CHECK(std::abs(renderer::ScenePoses(s).sun(0).pixel->x - (size - 1) / 2.0) < 1e-9);
 }
+
+} // namespace light_deflection_test

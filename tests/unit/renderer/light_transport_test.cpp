@@ -14,6 +14,8 @@
 #include <array>
 #include <random>
 
+namespace light_transport_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::ContainsSubstring;
@@ -389,3 +391,5 @@ TEST_CASE("The Cornell box agrees with a plain path tracer block by block") {
             CHECK_THAT(ours / sum, WithinAbs(1, 0.01 + 3.5 * deviation / sum));
         }
 }
+
+} // namespace light_transport_test

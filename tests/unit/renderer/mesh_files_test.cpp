@@ -20,6 +20,8 @@
 #include <map>
 #include <random>
 
+namespace mesh_files_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -417,3 +419,5 @@ TEST_CASE("Real spacecraft models are read: 3DS, OBJ with MTL, Collada") {
         CHECK(mesh.normals.size() == mesh.vertices.size());
     }
 }
+
+} // namespace mesh_files_test

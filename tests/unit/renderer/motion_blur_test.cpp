@@ -10,6 +10,8 @@
 #include <memory>
 #include <vector>
 
+namespace motion_blur_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -352,3 +354,5 @@ TEST_CASE("What lights, shades and turns in an exposure is the mean of itself at
     CHECK(blurred == render_window(renderer::Renderer(s, {64, 5, 1, 0, 64, settings.max_bounces}),
                                    {0, 0, size, size}, 7, 1, {}, exposure_ns));
 }
+
+} // namespace motion_blur_test

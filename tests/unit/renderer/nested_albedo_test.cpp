@@ -19,6 +19,8 @@
 #include <thread>
 #include <vector>
 
+namespace nested_albedo_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -357,3 +359,5 @@ TEST_CASE("A planet with an albedo map looks like one of that albedo") {
         }
     CHECK(compared > 400);
 }
+
+} // namespace nested_albedo_test

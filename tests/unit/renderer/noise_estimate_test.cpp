@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+namespace noise_estimate_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -210,3 +212,5 @@ TEST_CASE("The estimated noise is the same for any threads, row blocks and windo
         CHECK(differing == 0);
     }
 }
+
+} // namespace noise_estimate_test

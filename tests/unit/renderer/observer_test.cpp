@@ -17,6 +17,8 @@
 #include <cmath>
 #include <string>
 
+namespace observer_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -261,3 +263,5 @@ TEST_CASE("Stray light comes from OpenEXR as well") {
     (void)folder.write("text.exr", "no picture");
     CHECK_THROWS_AS(stray("text.exr"), InputError);
 }
+
+} // namespace observer_test

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+namespace overlay_test {
+
 using namespace obscura;
 
 namespace {
@@ -158,3 +160,5 @@ TEST_CASE("the limb of a body far larger than the field has its points where the
         CHECK(std::hypot(limb.back().at.x - limb[0].at.x, limb.back().at.y - limb[0].at.y) > 200);
     }
 }
+
+} // namespace overlay_test

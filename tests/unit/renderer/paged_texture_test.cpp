@@ -14,6 +14,8 @@
 #include <random>
 #include <thread>
 
+namespace paged_texture_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -240,3 +242,5 @@ TEST_CASE("Giant textures that are no textures are refused by name") {
     CHECK_THROWS_WITH(paged(write(folder, m), 0),
                       ContainsSubstring("textures need u8, i16, u16, f16 or f32"));
 }
+
+} // namespace paged_texture_test

@@ -21,6 +21,8 @@
 
 #include <random>
 
+namespace parameter_textures_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -274,3 +276,5 @@ TEST_CASE("Texels that a law does not allow, and parameters that it has not, are
     set_texture(s, "diffuse", (folder.path() / "cube.fits").string(), 0, 0.5);
     CHECK_THAT(refusal(s), ContainsSubstring("cube.fits: 3 planes: the diffuse of body 'plate' needs 1"));
 }
+
+} // namespace parameter_textures_test

@@ -22,6 +22,8 @@
 #include <map>
 #include <set>
 
+namespace parts_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using Catch::Matchers::ContainsSubstring;
@@ -394,3 +396,5 @@ TEST_CASE("The procedural body is closed, rough, cratered and the same every tim
     CHECK(std::memcmp(a.vertices.data(), make_procedural_body(other).vertices.data(),
                       a.vertices.size() * sizeof(Vec3f)) != 0);
 }
+
+} // namespace parts_test

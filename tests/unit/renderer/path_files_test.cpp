@@ -9,6 +9,8 @@
 
 #include <string>
 
+namespace path_files_test {
+
 using namespace obscura;
 using Catch::Matchers::WithinAbs;
 
@@ -159,3 +161,5 @@ TEST_CASE("mistakes about trajectory and attitude files are reported") {
     CHECK(soon.starts_with("s.toml:1:9: epoch: time \"soon\": character 1: \"SOON\" begins no time"));
     CHECK(soon.find('\n') == std::string::npos);
 }
+
+} // namespace path_files_test

@@ -15,6 +15,8 @@
 #include <algorithm>
 #include <fstream>
 
+namespace photometry_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -331,3 +333,5 @@ TEST_CASE("Itokawa, as measured, is seen where its shape model says") {
     CHECK_THAT((right - left) * 1.5e-4 * 2e4, WithinAbs(562, 9));
     CHECK(image.at(0, 0) == 0);
 }
+
+} // namespace photometry_test

@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+namespace planet_magnitudes_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -175,3 +177,5 @@ TEST_CASE("Planets and moons follow their published phase curves") {
         CHECK(std::abs(worst) < body.allowed);
     }
 }
+
+} // namespace planet_magnitudes_test

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <vector>
 
+namespace planets_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -115,3 +117,5 @@ TEST_CASE("The Moon of LOLA has its extremes where they are") {
     CHECK(moon->bounding_radius_m() > 1747500);
     CHECK(moon->bounding_radius_m() < 1755000); // a bound of cubics, not of their values
 }
+
+} // namespace planets_test

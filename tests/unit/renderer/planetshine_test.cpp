@@ -8,6 +8,8 @@
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 
+namespace planetshine_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -241,3 +243,5 @@ TEST_CASE("Planetshine is the same on one thread and on several, in a frame and 
             same = same && window[static_cast<std::size_t>(y * 9 + x)] == one.at(3 + x, 5 + y);
     CHECK(same);
 }
+
+} // namespace planetshine_test

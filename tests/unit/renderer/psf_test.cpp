@@ -16,6 +16,8 @@
 #include <cstdlib>
 #include <string>
 
+namespace psf_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -378,3 +380,5 @@ TEST_CASE("Point spread functions that cannot be are refused") {
     s = airy_scene(2, 1, 32);
     CHECK_THROWS_AS(renderer::Renderer(s, {}), ConfigError);
 }
+
+} // namespace psf_test

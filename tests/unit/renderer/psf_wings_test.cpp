@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+namespace psf_wings_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinRel;
@@ -468,3 +470,5 @@ TEST_CASE("The wings of what moves while a row is exposed are the mean over the 
     CHECK(count > 5000);
     CHECK(std::sqrt(square / count) < 0.02);
 }
+
+} // namespace psf_wings_test

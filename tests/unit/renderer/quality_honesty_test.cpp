@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+namespace quality_honesty_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -120,3 +122,5 @@ TEST_CASE("the estimated error of a level is that of its image") {
         }
     }
 }
+
+} // namespace quality_honesty_test

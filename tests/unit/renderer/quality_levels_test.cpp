@@ -12,6 +12,8 @@
 #include <cmath>
 #include <vector>
 
+namespace quality_levels_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -257,3 +259,5 @@ TEST_CASE("a gate leaves out rows that are not wanted any more, and no others") 
         CHECK(image == whole.image);
     }
 }
+
+} // namespace quality_levels_test

@@ -14,6 +14,8 @@
 
 #include <fitsio.h>
 
+namespace rectangular_pixels_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -328,3 +330,5 @@ TEST_CASE("A pitch of the rows far from that of the columns is refused, and 0 me
                       ContainsSubstring("pixel_pitch_y_um: 400 is out of range beside pixel_pitch_um = 10, "
                                         "allowed 0 or 0.3125 to 320"));
 }
+
+} // namespace rectangular_pixels_test

@@ -11,6 +11,8 @@
 #include <memory>
 #include <vector>
 
+namespace reprojection_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -438,3 +440,5 @@ TEST_CASE("what an earlier frame did not show is filled and counted") {
     CHECK(filled < 10 * size + 16 * 140);
     CHECK(error(moved, truth) < 0.01);
 }
+
+} // namespace reprojection_test

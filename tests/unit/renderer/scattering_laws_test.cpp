@@ -22,6 +22,8 @@
 #include <string>
 #include <vector>
 
+namespace scattering_laws_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using Catch::Matchers::WithinAbs;
@@ -352,3 +354,5 @@ TEST_CASE("sampled directions are distributed as the density says") {
         CHECK(chi2 < cells + 5 * std::sqrt(2.0 * cells) + 5);
     }
 }
+
+} // namespace scattering_laws_test

@@ -19,6 +19,8 @@
 #include <functional>
 #include <numbers>
 
+namespace scene_bodies_test {
+
 using namespace obscura;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
@@ -312,3 +314,5 @@ TEST_CASE("Albedo maps are tables of planets and terrains") {
                                "\"moon\"\n[[body.albedo]]\nfile = \"a.png\"\n"),
                Catch::Matchers::ContainsSubstring("belongs to shape = \"planet\" or \"terrain\""));
 }
+
+} // namespace scene_bodies_test

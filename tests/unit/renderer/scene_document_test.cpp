@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+namespace scene_document_test {
+
 using namespace obscura;
 using namespace obscura::scene;
 using Catch::Matchers::ContainsSubstring;
@@ -129,3 +131,5 @@ TEST_CASE("names of files are visited, and absolute in the exported file", "[ren
     });
     CHECK(seen.size() == 6);
 }
+
+} // namespace scene_document_test

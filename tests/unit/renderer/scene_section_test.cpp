@@ -8,11 +8,11 @@
 #include "renderer/materials/minnaert.hpp"
 #include "renderer/materials/phong.hpp"
 #include "renderer/materials/registry.hpp"
+#include "renderer/registries/registry.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "renderer/shapes/box.hpp"
 #include "renderer/shapes/disc.hpp"
-#include "renderer/shapes/registry.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -23,6 +23,8 @@
 #include <set>
 #include <string>
 #include <vector>
+
+namespace scene_section_test {
 
 using namespace obscura;
 
@@ -243,3 +245,5 @@ TEST_CASE("a trajectory of positions takes its attitude from the keys beside it"
     for (const scene::TimedPose& sample : fixed.camera.motion.samples)
         CHECK(sample.pose.orientation == look_along({1, 0, 0}, {0, 0, 1}));
 }
+
+} // namespace scene_section_test

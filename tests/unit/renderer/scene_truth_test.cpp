@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The truth table against rendered pixels.
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "psf_planes.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"
@@ -19,6 +19,8 @@
 #include <random>
 #include <string>
 #include <vector>
+
+namespace scene_truth_test {
 
 using namespace obscura;
 using obscura::test::Image;
@@ -555,3 +557,5 @@ TEST_CASE("a truth table with room for few entries keeps bodies and counts the r
     CHECK(few.entries.size() == all.entries.size());
     CHECK(few.entries_left_out == 0);
 }
+
+} // namespace scene_truth_test

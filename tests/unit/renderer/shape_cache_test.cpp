@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shapes are taken over from the scene before where they are the same, and pictures do not depend on that.
 #include "renderer/planets/surface_tiles.hpp"
+#include "renderer/registries/shape_cache.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/scene_files/scene_file.hpp"
-#include "renderer/shapes/shape_cache.hpp"
 #include "renderer/shapes/shape_context.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -14,6 +14,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace shape_cache_test {
 
 using namespace obscura;
 using namespace obscura::renderer;
@@ -176,3 +178,5 @@ TEST_CASE("a picture with shapes of the scene before is the picture without", "[
     CHECK(after == picture(scene_at(2.5), nullptr));
     CHECK(before == picture(scene_at(0), shapes));
 }
+
+} // namespace shape_cache_test

@@ -20,6 +20,8 @@
 #include <memory>
 #include <vector>
 
+namespace shapes_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -403,3 +405,5 @@ TEST_CASE("Plate models are read in both layouts, and bad ones are refused by li
     CHECK(open == 0);
     CHECK_THAT(volume, WithinRel(2503e9, 0.02)); // Zuber et al. 2000: 2503 +- 25 km^3
 }
+
+} // namespace shapes_test

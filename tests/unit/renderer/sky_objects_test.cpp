@@ -18,6 +18,8 @@
 #include <numbers>
 #include <numeric>
 
+namespace sky_objects_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -244,3 +246,5 @@ TEST_CASE("sky objects of scene files", "[sky]") {
     CHECK_THROWS_WITH(load("[[sky_object]]\nra_deg = 1\ndec_deg = 1\nv_mag = 3\nspectral_type = \"Q\"\n"),
                       Contains("spectral_type"));
 }
+
+} // namespace sky_objects_test

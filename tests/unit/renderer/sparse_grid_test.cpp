@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+namespace sparse_grid_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 
@@ -102,3 +104,5 @@ TEST_CASE("the error of noise and of curved light in a sparse grid is known") {
         CHECK(std::sqrt(2 / (1 / (like * like) + 1 / (unlike * unlike))) < 1.1);
     }
 }
+
+} // namespace sparse_grid_test

@@ -18,6 +18,8 @@
 #include <numbers>
 #include <random>
 
+namespace star_field_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using Catch::Matchers::Contains;
@@ -286,3 +288,5 @@ TEST_CASE("a table of irradiances that cannot be is refused with one line", "[st
         CHECK_THROWS_WITH(scene::load_scene(folder.path() / "s.toml"), Contains(what));
     }
 }
+
+} // namespace star_field_test

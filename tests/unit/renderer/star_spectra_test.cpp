@@ -18,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+namespace star_spectra_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using Catch::Matchers::WithinAbs;
@@ -312,3 +314,5 @@ TEST_CASE("A catalogue may lack B-V and spectral types") {
     CHECK_THROWS_AS(read("ra_deg,dec_deg,b_v\n1,2,3\n"), ConfigError);
     CHECK_THROWS_AS(read("ra_deg,dec_deg,v_mag,b_v\n1,2,3,red\n"), ConfigError);
 }
+
+} // namespace star_spectra_test

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <thread>
 
+namespace sun_replacement_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -128,3 +130,5 @@ TEST_CASE("While the Sun moves its visibility is replaced between frames, never 
     CHECK(followed < 0.03);
     CHECK(stale > 3 * followed);
 }
+
+} // namespace sun_replacement_test

@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 
+namespace sun_visibility_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -243,3 +245,5 @@ TEST_CASE("Kept visibility gives the image of shadow rays and many samples") {
         CHECK(kept < 0.5 * traced);
     }
 }
+
+} // namespace sun_visibility_test

@@ -2,7 +2,7 @@
 // Scenes and whole-frame rendering for the renderer's tests.
 #pragma once
 
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "core/solar_spectrum.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/renderer.hpp"

@@ -13,6 +13,8 @@
 #include <numbers>
 #include <vector>
 
+namespace terrain_cones_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using terrain::SurfaceDomain;
@@ -192,3 +194,5 @@ TEST_CASE("Cones change no byte of a picture with shadows") {
     set_all(0);
     CHECK(with != picture());
 }
+
+} // namespace terrain_cones_test

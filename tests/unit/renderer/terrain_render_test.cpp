@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 
+namespace terrain_render_test {
+
 using namespace obscura;
 using namespace obscura::test;
 
@@ -216,3 +218,5 @@ TEST_CASE("All rows of a frame see the tiles that were there when it began") {
     }
     CHECK(changed > 0);
 }
+
+} // namespace terrain_render_test

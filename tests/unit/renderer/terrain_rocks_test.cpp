@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Boulders that stand on the ground: against all triangles, their shadows and limbs, and where domes become
 // rocks.
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/planets/planet_parameters.hpp"
 #include "renderer/planets/rock_forms.hpp"
@@ -15,6 +15,8 @@
 #include <algorithm>
 #include <set>
 #include <string>
+
+namespace terrain_rocks_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -510,3 +512,5 @@ TEST_CASE("Without waiting, boulders are domes until their tiles are there") {
     }
     CHECK(distance_along(*ground.shape, origin, direction, &view) == wanted);
 }
+
+} // namespace terrain_rocks_test

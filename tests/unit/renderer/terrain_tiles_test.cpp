@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <map>
 
+namespace terrain_tiles_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -465,3 +467,5 @@ TEST_CASE("A planar terrain of constant slope is a plane with walls at its sides
     // From below, the way out.
     CHECK_THAT(distance_to(shape, {0, 0, -300}, {0, 0, 1}), WithinAbs(310, 1e-3));
 }
+
+} // namespace terrain_tiles_test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Terrains against closed forms: cone, waves, limb and the Sun's disc over a wall; the shipped Moon.
-#include "core/scene_truth.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "images/writers/fits.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/planets/planet_parameters.hpp"
@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <numbers>
+
+namespace terrain_truths_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -327,3 +329,5 @@ TEST_CASE("The shipped Moon fills its disc, is dark at night and has craters") {
     }
     CHECK(craters > 10);
 }
+
+} // namespace terrain_truths_test

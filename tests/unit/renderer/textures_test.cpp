@@ -12,6 +12,8 @@
 
 #include <random>
 
+namespace textures_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 using namespace obscura::test;
@@ -269,3 +271,5 @@ TEST_CASE("Display pictures are decoded; what is no texture is refused with one 
     images::write_fits_float(folder.path() / "many.fits", 1, 1, 17, std::vector<float>(17, 1), "", {});
     CHECK(refusal(folder.path() / "many.fits") == "many.fits: 17 planes: a texture has at most 16");
 }
+
+} // namespace textures_test

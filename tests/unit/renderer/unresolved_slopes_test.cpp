@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <memory>
 
+namespace unresolved_slopes_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
@@ -132,3 +134,5 @@ TEST_CASE("Rendered ground has the light of its unresolved slopes, however it fi
     CHECK_THAT(mean(Slopes::facets, SunVisibilityKind::tiles, 0, 256), WithinRel(traced, 0.04));
     CHECK_THAT(mean(Slopes::facets, SunVisibilityKind::traced, 1, 256), WithinRel(traced, 0.02));
 }
+
+} // namespace unresolved_slopes_test

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+namespace vector_functions_test {
+
 using namespace obscura;
 using namespace obscura::renderer;
 
@@ -72,3 +74,5 @@ TEST_CASE("the quick functions keep their promises") {
     CHECK(quick_acos(1) == 0);
     CHECK(quick_exp(-1e9) < 1e-300);
 }
+
+} // namespace vector_functions_test

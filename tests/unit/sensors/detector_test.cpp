@@ -11,6 +11,8 @@
 #include <numbers>
 #include <thread>
 
+namespace detector_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 using Catch::Matchers::WithinAbs;
@@ -225,3 +227,5 @@ TEST_CASE("the noise that is stated for a pixel is that of its digital numbers")
                 CHECK_THAT(seen.temporal_variance / (dn_per_e * dn_per_e), WithinRel(stated, 0.02));
             }
 }
+
+} // namespace detector_test

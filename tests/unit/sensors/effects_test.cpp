@@ -19,6 +19,8 @@
 #include <numeric>
 #include <set>
 
+namespace effects_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 using Catch::Matchers::WithinAbs;
@@ -684,3 +686,5 @@ TEST_CASE("windows that share pixels read them independently, apart ones as the 
     CHECK(apart);
     CHECK(!again);
 }
+
+} // namespace effects_test

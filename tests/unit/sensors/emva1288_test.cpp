@@ -7,6 +7,8 @@
 #include <random>
 #include <stdexcept>
 
+namespace emva1288_test {
+
 using namespace obscura::sensors::emva1288;
 using Catch::Matchers::WithinRel;
 
@@ -182,3 +184,5 @@ TEST_CASE("slope of a line") {
     CHECK_THAT(fit_line(x, y).slope, WithinRel(2.0, 1e-12));
     CHECK_THAT(fit_line(x, y).offset, WithinRel(3.0, 1e-12));
 }
+
+} // namespace emva1288_test

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <vector>
 
+namespace kernels_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 using Catch::Matchers::WithinAbs;
@@ -276,3 +278,5 @@ TEST_CASE("every instruction set gives the same bytes") {
     INFO("targets compared: " << targets);
     CHECK(targets >= 2);
 }
+
+} // namespace kernels_test

@@ -3,6 +3,8 @@
 #include "sensors/photometry.hpp"
 #include "tests/support/catch.hpp"
 
+namespace photometry_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 using Catch::Matchers::WithinRel;
@@ -72,3 +74,5 @@ TEST_CASE("a wide band is weighed with the Sun's spectrum") {
     CHECK_THAT(electrons_per_joule(table, {400e-9, 900e-9}),
                WithinRel(electrons / solar_band_irradiance_w_m2(400e-9, 900e-9), 1e-5));
 }
+
+} // namespace photometry_test

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <vector>
 
+namespace prnu_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 using Catch::Matchers::ContainsSubstring;
@@ -301,3 +303,5 @@ TEST_CASE("the parts are mixed by their weights", "[sensors]") {
     // The column part is what neither bowl nor gradient explains; the two are not quite independent.
     CHECK_THAT(columns_left, WithinRel(0.02 * 0.15 / std::sqrt(1 + 0.5 * 0.5 + 0.15 * 0.15), 0.1));
 }
+
+} // namespace prnu_test

@@ -11,6 +11,8 @@
 #include <tuple>
 #include <vector>
 
+namespace readout_property_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 
@@ -265,3 +267,5 @@ TEST_CASE("100,000 random set-ups agree with the simulated chip to the nanosecon
     CHECK(shared > 10'000);
     CHECK(clamped > 10'000);
 }
+
+} // namespace readout_property_test

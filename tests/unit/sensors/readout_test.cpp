@@ -2,6 +2,8 @@
 #include "sensors/sensor.hpp"
 #include "tests/support/catch.hpp"
 
+namespace readout_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 
@@ -216,3 +218,5 @@ TEST_CASE("flags have names") {
     CHECK(flag_names(0).empty());
     CHECK(flag_names(row_shared | exposure_quantised) == "ROW_SHARED|T_QUANTISED");
 }
+
+} // namespace readout_test

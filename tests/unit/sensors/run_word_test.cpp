@@ -11,6 +11,8 @@
 #include <thread>
 #include <vector>
 
+namespace run_word_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 using Catch::Matchers::WithinAbs;
@@ -191,3 +193,5 @@ TEST_CASE("run 0 is the seed's own key, and no two of a million run words share 
     std::sort(keys.begin(), keys.end());
     CHECK(std::adjacent_find(keys.begin(), keys.end()) == keys.end());
 }
+
+} // namespace run_word_test

@@ -10,6 +10,8 @@
 #include <fstream>
 #include <set>
 
+namespace sensor_files_test {
+
 using namespace obscura;
 using Catch::Matchers::ContainsSubstring;
 
@@ -86,3 +88,5 @@ TEST_CASE("sensor files that cannot be used are refused with one line") {
     CHECK_THAT(refusal("[readout]\nreset_instant_ns = 5000\n"), ContainsSubstring("reset_instant_ns"));
     CHECK_THAT(refusal("[detector]\nful_well_e = 5\n"), ContainsSubstring("full_well_e"));
 }
+
+} // namespace sensor_files_test

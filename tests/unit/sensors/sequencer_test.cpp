@@ -2,6 +2,8 @@
 #include "sensors/sequencer.hpp"
 #include "tests/support/catch.hpp"
 
+namespace sequencer_test {
+
 using namespace obscura;
 using namespace obscura::sensors;
 
@@ -120,3 +122,5 @@ TEST_CASE("impossible settings leave the sequencer as it was") {
     CHECK(!sequencer.reason().empty());
     CHECK(sequencer.accepted() == 0);
 }
+
+} // namespace sequencer_test

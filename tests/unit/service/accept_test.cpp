@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A server that has no descriptor for a client that waits.
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "service/server.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/service_bench.hpp"
@@ -16,6 +16,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+namespace accept_test {
 
 using namespace obscura;
 using namespace obscura::service;
@@ -97,3 +99,5 @@ TEST_CASE("a server rests while it has no descriptor for a client, which it serv
     stop = true;
     serves.join();
 }
+
+} // namespace accept_test

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+namespace array_test {
+
 using namespace obscura::service;
 
 namespace {
@@ -76,3 +78,5 @@ TEST_CASE("what would not become smaller is sent as it is", "[service]") {
             CHECK(std::get<std::vector<std::uint16_t>>(array.values) == values);
         }
 }
+
+} // namespace array_test

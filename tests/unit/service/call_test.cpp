@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+namespace call_test {
+
 using namespace obscura;
 using namespace obscura::service;
 using nlohmann::json;
@@ -117,3 +119,5 @@ TEST_CASE("values go from heads to files and back", "[service]") {
     CHECK(json_of(value_of(value, "v")) == value);
     CHECK_THROWS_AS(value_of({{"b", {{"c", nullptr}}}}, "v"), Failure);
 }
+
+} // namespace call_test

@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+namespace message_test {
+
 using namespace obscura;
 using namespace obscura::service;
 using Catch::Matchers::ContainsSubstring;
@@ -199,3 +201,5 @@ TEST_CASE("arrays begin at multiples of 8 bytes", "[service]") {
     const json head = read_head(std::string_view(message.start).substr(Frame::bytes), limits);
     CHECK(head["arrays"][1]["offset"] == 8);
 }
+
+} // namespace message_test

@@ -24,6 +24,8 @@
 #include <thread>
 #include <vector>
 
+namespace server_test {
+
 using namespace obscura;
 using namespace obscura::service;
 using Catch::Matchers::ContainsSubstring;
@@ -570,3 +572,5 @@ TEST_CASE("a Unix socket that is left over is replaced, one that is served is no
     CHECK_THROWS_WITH(Listener::unix_socket(folder.path() / "file"), ContainsSubstring("no socket"));
     CHECK_THROWS_WITH(Listener::unix_socket(std::string(200, 'x')), ContainsSubstring("107 bytes"));
 }
+
+} // namespace server_test

@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+namespace stream_test {
+
 using namespace obscura;
 using namespace obscura::service;
 using nlohmann::json;
@@ -269,3 +271,5 @@ TEST_CASE("a client that has not said hello costs no session", "[service]") {
     CHECK(greeted[2].answer().frame.id == 2);
     CHECK(bench.host.sessions == 1);
 }
+
+} // namespace stream_test

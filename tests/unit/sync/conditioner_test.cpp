@@ -4,6 +4,8 @@
 
 #include <vector>
 
+namespace conditioner_test {
+
 using namespace obscura;
 using namespace obscura::sync;
 
@@ -92,3 +94,5 @@ TEST_CASE("a clock that was set back does not shut the line") {
     CHECK(out.triggers.size() == 2);
     CHECK(conditioner.counters().bounces == 1);
 }
+
+} // namespace conditioner_test

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "sync/clock_reading.hpp"
 #include "sync/edge_trigger.hpp"
-#include "sync/gpio_input.hpp"
-#include "sync/pps_input.hpp"
-#include "sync/ptp_input.hpp"
-#include "sync/udp_input.hpp"
+#include "sync/inputs/gpio_input.hpp"
+#include "sync/inputs/pps_input.hpp"
+#include "sync/inputs/ptp_input.hpp"
+#include "sync/inputs/udp_input.hpp"
 #include "tests/support/catch.hpp"
 
 #include <arpa/inet.h>
@@ -21,6 +21,8 @@
 #include <functional>
 #include <mutex>
 #include <vector>
+
+namespace edge_trigger_test {
 
 using namespace obscura;
 using namespace obscura::sync;
@@ -292,3 +294,5 @@ TEST_CASE("UDP triggers: an empty datagram is an edge only where it is accepted"
     CHECK(source.refused() == (accepted ? 1 : 2));
     CHECK(sink.triggers[0].edge - begin > -ns_per_ms);
 }
+
+} // namespace edge_trigger_test

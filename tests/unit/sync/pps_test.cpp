@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sync/pps_schedule.hpp"
-#include "sync/pps_trigger.hpp"
+#include "sync/inputs/pps_schedule.hpp"
+#include "sync/inputs/pps_trigger.hpp"
 #include "tests/support/catch.hpp"
 
 #include <atomic>
@@ -10,6 +10,8 @@
 #include <mutex>
 #include <thread>
 #include <vector>
+
+namespace pps_test {
 
 using namespace obscura;
 using namespace obscura::sync;
@@ -164,3 +166,5 @@ TEST_CASE("the source triggers on the pulse with the pulse's stamp, between puls
     }
     CHECK(source.missed() == 0);
 }
+
+} // namespace pps_test

@@ -16,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+namespace ptp_test {
+
 using namespace obscura;
 using namespace obscura::sync;
 
@@ -282,3 +284,5 @@ TEST_CASE("what counts as locked") {
     CHECK_FALSE(locked(PtpState::listening, 0, 500));
     CHECK_FALSE(locked(PtpState::unknown, 0, 500));
 }
+
+} // namespace ptp_test

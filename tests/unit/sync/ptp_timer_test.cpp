@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
-#include "sync/ptp_timer.hpp"
+#include "sync/inputs/ptp_timer.hpp"
 #include "tests/support/catch.hpp"
 
 #include <atomic>
 #include <chrono>
 #include <thread>
 #include <vector>
+
+namespace ptp_timer_test {
 
 using namespace obscura;
 using namespace obscura::sync;
@@ -180,3 +182,5 @@ TEST_CASE("starts") {
     CHECK_THROWS_AS(open_ptp_clock("trigger", "/dev/not-there"), HardwareError);
     CHECK_THROWS_AS(open_ptp_clock("trigger", "/dev/null"), HardwareError);
 }
+
+} // namespace ptp_timer_test

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+namespace schedule_test {
+
 using namespace obscura;
 using obscura::sync::rational_rate;
 using obscura::sync::RationalRate;
@@ -70,3 +72,5 @@ TEST_CASE("the first slot from an instant") {
         CHECK(schedule.first_slot_from(schedule.slot(k) - 1) == k);
     }
 }
+
+} // namespace schedule_test

@@ -2,8 +2,8 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "sync/conditioner.hpp"
-#include "sync/gpio_line_name.hpp"
-#include "sync/ipv4_endpoint.hpp"
+#include "sync/inputs/gpio_line_name.hpp"
+#include "sync/inputs/ipv4_endpoint.hpp"
 #include "sync/ptp_monitor.hpp"
 #include "sync/settings.hpp"
 #include "sync/sources/gpio.hpp"
@@ -20,6 +20,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+namespace settings_test {
 
 using namespace obscura;
 using namespace obscura::sync;
@@ -373,3 +375,5 @@ TEST_CASE("endpoints are an IPv4 address and a port") {
         parse_ipv4_endpoint("simulator.listen", "banana", 0, "127.0.0.1:5003"),
         "simulator.listen: \"banana\": allowed is an IPv4 address and a port, \"127.0.0.1:5003\"");
 }
+
+} // namespace settings_test

@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <iostream>
 
+namespace simulation_test {
+
 using namespace obscura;
 using namespace obscura::sync;
 
@@ -134,3 +136,5 @@ TEST_CASE("a thousand hours: every edge becomes a frame or a counted miss") {
                   << " bounces\n";
     }
 }
+
+} // namespace simulation_test

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+namespace timer_test {
+
 using namespace obscura;
 using namespace obscura::sync;
 
@@ -167,3 +169,5 @@ TEST_CASE("the software trigger delivers what it is told, while it is started") 
     CHECK(sink.triggers[0].seen == Time{500});
     CHECK(sink.triggers[1].id == 2);
 }
+
+} // namespace timer_test

@@ -6,6 +6,8 @@
 #include <thread>
 #include <vector>
 
+namespace trigger_gate_test {
+
 using namespace obscura;
 using namespace obscura::sync;
 
@@ -187,3 +189,5 @@ TEST_CASE("a listener hears of every occasion on which edges are missed") {
     CHECK(listener.edges == std::vector<std::int64_t>{200, 300, 200});
     CHECK(gate.counters().missed == 4);
 }
+
+} // namespace trigger_gate_test

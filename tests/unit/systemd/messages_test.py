@@ -44,7 +44,7 @@ if len(logged) < 20:
 
 
 def message_id(text):
-    """As message_id() of core/log.hpp."""
+    """As message_id() of core/realtime/log.hpp."""
     value = 0x6C62272E07BB014262B821756295C58D
     for byte in text.encode():
         value = (value ^ byte) * 0x0000000001000000000000000000013B % 2**128

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+namespace boulders_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 
@@ -110,3 +112,5 @@ TEST_CASE("Boulders stand as domes in tiles of any order, within their bounds", 
         for (const int deep : {13, 15, 17})
             check_bounds(moon, boulders, deep, n);
 }
+
+} // namespace boulders_test

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstring>
 
+namespace craters_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using Catch::Matchers::WithinAbs;
@@ -306,3 +308,5 @@ TEST_CASE("Stamps are the same with all sets of vector instructions", "[terrain]
     hwy::SetSupportedTargetsForTest(0);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
+
+} // namespace craters_test

@@ -15,6 +15,8 @@
 #include <span>
 #include <vector>
 
+namespace height_stack_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using Catch::Matchers::ContainsSubstring;
@@ -337,3 +339,5 @@ TEST_CASE("No height of a stack lies outside of the bounds of its caps") {
     }
     CHECK(narrow > 10);
 }
+
+} // namespace height_stack_test

@@ -14,6 +14,8 @@
 #include <numbers>
 #include <random>
 
+namespace map_block_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using Catch::Matchers::WithinAbs;
@@ -251,3 +253,5 @@ TEST_CASE("Heights beyond the bounds of their layer are counted") {
     CHECK(maker.make({0, 2, 1, 1}, scratch, *tile) == 3);
     CHECK_THAT(tile->height_m(6, -1), WithinAbs(100, 0.1));
 }
+
+} // namespace map_block_test

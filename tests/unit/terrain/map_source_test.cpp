@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+namespace map_source_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using namespace obscura::test;
@@ -313,3 +315,5 @@ TEST_CASE("Files that are no map are refused by name") {
     CHECK_THAT(map.offset_m + reader.at({-7, 3, 0}, 0), WithinAbs(0, 1e-9));
     CHECK_THAT(map.offset_m + reader.at({7, -3, 0}, 0), WithinAbs(31, 1e-9));
 }
+
+} // namespace map_source_test

@@ -15,6 +15,8 @@
 #include <csignal>
 #include <fstream>
 
+namespace obt_build_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using namespace obscura::test;
@@ -274,3 +276,5 @@ TEST_CASE("A file of 2^48 bytes opens and its last tile is read, in the same mem
     CHECK(read.check().damaged == 0);
     CHECK(resident_mb() < before + 40);
 }
+
+} // namespace obt_build_test

@@ -11,6 +11,8 @@
 #include <bit>
 #include <limits>
 
+namespace obt_damage_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using namespace obscura::test;
@@ -207,3 +209,5 @@ TEST_CASE("A cyclic directory is refused, not followed") {
              obt::get<std::uint64_t>(reinterpret_cast<std::byte*>(bytes.data()) + second));
     CHECK_THAT(said(), ContainsSubstring("it is another one's"));
 }
+
+} // namespace obt_damage_test

@@ -9,6 +9,8 @@
 
 #include <random>
 
+namespace obt_kernels_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using namespace obscura::terrain::obt;
@@ -98,7 +100,7 @@ TEST_CASE("Numbers take the nearest code, halves away from zero, and never that 
             }
         }
         std::vector<float> beyond(tile_count, 7);
-        beyond[5 * tile_edge + 9] = static_cast<float>(largest) + 0.6F;
+        beyond[5 * stored_tile_edge + 9] = static_cast<float>(largest) + 0.6F;
         EncodedTile tile;
         CHECK_THROWS_WITH(encode(m, {0, 0, 1, 0}, beyond, {7, 7, 0}, "test.obt", tile),
                           ContainsSubstring("column 263, row 3 of level 0"));
@@ -145,3 +147,5 @@ TEST_CASE("Of several failures, that of the first piece of work is reported, and
         CHECK(std::count(done.begin(), done.begin() + 300, 1) == 300);
     }
 }
+
+} // namespace obt_kernels_test

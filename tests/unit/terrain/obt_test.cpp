@@ -15,6 +15,8 @@
 #include <string_view>
 #include <vector>
 
+namespace obt_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using namespace obscura::test;
@@ -394,3 +396,5 @@ TEST_CASE("Absent tiles take the coarser level, interpolated") {
                      WithinAbs((static_cast<double>(x) + 0.5) / 4 - 0.5, 1e-4));
     CHECK(read.bounds({0, 0, 0, 0}).any() == false);
 }
+
+} // namespace obt_test

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <thread>
 
+namespace octaves_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using Catch::Matchers::WithinAbs;
@@ -328,3 +330,5 @@ TEST_CASE("Bounds of octaves hold for all finer vertices", "[terrain]") {
         if (!over_maps) CHECK(excess / ranges < 8); // of use
     }
 }
+
+} // namespace octaves_test

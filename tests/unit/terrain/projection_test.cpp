@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Map projections against PROJ, there and back, and the place of samples in maps of labels.
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "tests/support/catch.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
+
+namespace projection_test {
 
 using namespace obscura;
 using namespace obscura::terrain;
@@ -185,3 +187,5 @@ TEST_CASE("Maps that cannot be are refused") {
     CHECK_THROWS_WITH(frame({0, step, 0, 20 * step, 0, -step}, 100, 50), ContainsSubstring("crosses a pole"));
     CHECK_THROWS_AS(frame({NAN, step, 0, 25 * step, 0, -step}, 100, 50), std::invalid_argument);
 }
+
+} // namespace projection_test

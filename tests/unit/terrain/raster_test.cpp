@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+namespace raster_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using Catch::Matchers::ContainsSubstring;
@@ -346,3 +348,5 @@ TEST_CASE("Rasters that cannot be are refused") {
                           {0, step, 0, 0, 0, -1}, Registration::pixel, 8, 4);
     CHECK_THROWS_WITH(Raster(pyramid, uneven), ContainsSubstring("no whole number"));
 }
+
+} // namespace raster_test

@@ -12,6 +12,8 @@
 #include <numbers>
 #include <random>
 
+namespace slope_levels_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using Catch::Matchers::WithinAbs;
@@ -153,3 +155,5 @@ TEST_CASE("A map of a whole body loses as much towards its poles and across its 
     CHECK_THAT(levels.lost({-0.5, 70}, 4), WithinRel(levels.lost({2 * rows - 0.5, 70}, 4), 1e-9));
     CHECK(levels.lost({x, middle}, 0.1) < 0.02 * mean);
 }
+
+} // namespace slope_levels_test

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <limits>
 
+namespace slope_loss_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using Catch::Matchers::WithinAbs;
@@ -144,3 +146,5 @@ TEST_CASE("Tiles agree on lost slopes where they meet", "[terrain]") {
     CHECK(left[0] > finer[0]);
     CHECK(finer[0] > 0);
 }
+
+} // namespace slope_loss_test

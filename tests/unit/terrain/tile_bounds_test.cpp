@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+namespace tile_bounds_test {
+
 using namespace obscura;
 using namespace obscura::terrain;
 using namespace obscura::test;
@@ -177,3 +179,5 @@ TEST_CASE("No vertex of nested maps and of detail over them is beyond the bounds
     layers.push_back(std::make_shared<Craters>(moon, Craters::Settings{}, 7, true));
     CHECK(violations(layers, {places.begin(), places.begin() + 4}, 12, excess_m) == 0);
 }
+
+} // namespace tile_bounds_test

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Batches: plan.json, records of frames, shards, commands for schedulers.
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
+#include "host/sha256.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tools/batch/batch_state.hpp"
 #include "tools/batch/inputs.hpp"
 #include "tools/batch/plan.hpp"
 #include "tools/batch/records.hpp"
-#include "tools/batch/sha256.hpp"
 #include "tools/batch/submit.hpp"
 
 #include <nlohmann/json.hpp>
@@ -17,6 +17,8 @@
 #include <fstream>
 #include <string>
 #include <utility>
+
+namespace batch_test {
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -55,38 +57,38 @@ std::string changed(const Json::json_pointer& place, const Json& value) {
     return refusal(json.dump());
 }
 
-FrameRecord record_of(const Plan& plan, std::uint64_t frame, const FileDigest& content) {
+FrameRecord record_of(const Plan& plan, std::uint64_t frame, const host::FileDigest& content) {
     return {frame, plan.file_name(frame), content, 2.5, 1000, "host", plan.version, plan.id};
 }
 
 } // namespace
 
 TEST_CASE("SHA-256 is that of the standard") {
-    CHECK(sha256_of("abc") == abc);
-    CHECK(sha256_of("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+    CHECK(host::sha256_of("abc") == abc);
+    CHECK(host::sha256_of("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
     const test::TempFolder folder;
     const auto file = folder.write("million", std::string(1'000'000, 'a'));
-    CHECK(digest_of(file) ==
-          FileDigest{1'000'000, "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"});
-    CHECK(sampled_digest_of(file) == digest_of(file));
+    CHECK(host::digest_of(file) ==
+          host::FileDigest{1'000'000, "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"});
+    CHECK(host::sampled_digest_of(file) == host::digest_of(file));
 }
 
 TEST_CASE("a large file's samples reach its first and its last byte") {
     const test::TempFolder folder;
     const auto file = folder.write("large", "");
-    std::filesystem::resize_file(file, sampled_above + 12345);
-    const std::string before = sampled_digest_of(file).sha256;
-    for (const std::uint64_t at : {std::uint64_t{0}, sampled_above + 12344}) {
+    std::filesystem::resize_file(file, host::sampled_above + 12345);
+    const std::string before = host::sampled_digest_of(file).sha256;
+    for (const std::uint64_t at : {std::uint64_t{0}, host::sampled_above + 12344}) {
         std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
         out.seekp(static_cast<std::streamoff>(at));
         out.put('x');
         out.close();
-        CHECK(sampled_digest_of(file).sha256 != before);
+        CHECK(host::sampled_digest_of(file).sha256 != before);
         std::fstream(file, std::ios::in | std::ios::out | std::ios::binary)
             .seekp(static_cast<std::streamoff>(at))
             .put('\0');
     }
-    CHECK(sampled_digest_of(file).sha256 == before);
+    CHECK(host::sampled_digest_of(file).sha256 == before);
 }
 
 TEST_CASE("a plan that is written is read as it was") {
@@ -94,7 +96,7 @@ TEST_CASE("a plan that is written is read as it was") {
     const std::string text = plan_text(plan);
     const Plan again = parse_plan(text, "p");
     CHECK(plan_text(again) == text);
-    CHECK(again.id == sha256_of(text));
+    CHECK(again.id == host::sha256_of(text));
     CHECK(again.render.step_s == 0.1);
     CHECK(again.render.settings.seed == plan.render.settings.seed);
     CHECK(again.assets.front().sampled_sha256 == abc);
@@ -183,7 +185,7 @@ TEST_CASE("records of other plans, shards and files are left out") {
     const Plan plan = parse_plan(plan_text(small_plan()), "p");
     const auto file = folder.write("shards/00000/shard.jsonl", "");
     FrameRecord record = record_of(plan, 102, {5, abc});
-    record.plan = sha256_of("another");
+    record.plan = host::sha256_of("another");
     append_record(file, record);
     append_record(file, record_of(plan, 201, {5, abc})); // of shard 1
     record = record_of(plan, 103, {5, abc});
@@ -199,7 +201,7 @@ TEST_CASE("a frame counts as done only if record, size and hash agree") {
     const Plan plan = parse_plan(plan_text(small_plan()), "p");
     const auto shard = shard_folder(folder.path(), 1);
     const auto file = folder.write("shards/00001/frame_000201.exr", "abc");
-    const FrameRecord record = record_of(plan, 201, digest_of(file));
+    const FrameRecord record = record_of(plan, 201, host::digest_of(file));
     append_record(shard / records_name, record);
     CHECK(explain_not_done(record, shard, FrameCheck::hash).empty());
     const BatchState state = batch_state(plan, folder.path(), FrameCheck::hash, 1010);
@@ -226,8 +228,8 @@ TEST_CASE("a frame of which records differ is reported") {
     const Plan plan = parse_plan(plan_text(small_plan()), "p");
     const auto file = folder.write("shards/00000/frame_000101.exr", "abc");
     const auto records = shard_folder(folder.path(), 0) / records_name;
-    append_record(records, record_of(plan, 101, {3, sha256_of("other")}));
-    append_record(records, record_of(plan, 101, digest_of(file)));
+    append_record(records, record_of(plan, 101, {3, host::sha256_of("other")}));
+    append_record(records, record_of(plan, 101, host::digest_of(file)));
     const BatchState state = batch_state(plan, folder.path(), FrameCheck::hash, 1010);
     REQUIRE(state.bad.size() == 1);
     CHECK(state.bad[0].why == "has been rendered with different bytes");
@@ -276,7 +278,7 @@ TEST_CASE("numbers are written as ranges and read back") {
     CHECK(ranges_text({0, 1, 2, 5, 7, 8}) == "0-2,5,7-8");
     CHECK(parse_ranges("7-8,0-2,5,8", 9, "x") == std::vector<std::uint64_t>{0, 1, 2, 5, 7, 8});
     for (const char* bad : {"", "9", "-1", "2-1", "1,,2", "1-", "a", "0x1", "18446744073709551616"})
-        CHECK_THROWS_AS(parse_ranges(bad, 9, "x"), UsageError);
+        CHECK_THROWS_AS(parse_ranges(bad, 9, "x"), host::UsageError);
 }
 
 TEST_CASE("Slurm gets arrays of at most a thousand tasks, each obscura itself") {
@@ -302,3 +304,5 @@ TEST_CASE("GNU parallel gets the list of shards on its standard input") {
               "(seq 0 2; seq 7 7) | parallel --jobs 4 --joblog /data/b/parallel.log --halt "
               "soon,fail=3 '/usr/bin/obscura batch run /data/b --threads 1 --shard {}'"});
 }
+
+} // namespace batch_test

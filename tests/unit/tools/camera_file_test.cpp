@@ -2,9 +2,11 @@
 // Camera of received frames: part of the sensor, binning, choice of the lens.
 #include "core/error.hpp"
 #include "tests/support/catch.hpp"
-#include "tools/support/received_camera.hpp"
+#include "tools/receive/received_camera.hpp"
 
 #include <nlohmann/json.hpp>
+
+namespace camera_file_test {
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -73,3 +75,5 @@ TEST_CASE("the lens is the one of the frames' focal length") {
     shifted.principal_offset_px[1] = 0.5;
     CHECK_THROWS_AS(received.camera({shifted}, 200, 100), InputError);
 }
+
+} // namespace camera_file_test

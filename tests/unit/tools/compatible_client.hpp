@@ -2,11 +2,11 @@
 // A session of the published client without its connection, and light and numbers of its answers.
 #pragma once
 
+#include "serve/compatible/door_host.hpp"
+#include "serve/compatible/packed_bytes.hpp"
 #include "service/failure.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tools/serve/compatible/door_host.hpp"
-#include "tools/serve/compatible/packed_bytes.hpp"
 
 #include <atomic>
 #include <cstring>
@@ -39,7 +39,7 @@ private:
 class Client {
 public:
     Client()
-        : host_(tools::compatible::DoorSettings{"test", folder.path(), folder.path(), {}}),
+        : host_(serve::compatible::DoorSettings{"test", folder.path(), folder.path(), {}}),
           session_(host_.open(memory)) {}
 
     Reply call(const char* name, const Fields& arguments = {}) {
@@ -68,7 +68,7 @@ public:
     std::vector<Number> numbers(const char* name, const Fields& arguments = {}) {
         const Reply reply = call(name, arguments);
         const bool packed = *find(reply.fields, "compressed")->as<bool>();
-        const std::string data = packed ? tools::inflate_packed(reply.body, 1 << 28) : reply.body;
+        const std::string data = packed ? serve::inflate_packed(reply.body, 1 << 28) : reply.body;
         std::vector<Number> all(data.size() / sizeof(Number));
         std::memcpy(all.data(), data.data(), all.size() * sizeof(Number));
         return all;
@@ -114,7 +114,7 @@ public:
 
 private:
     Unhurried work_;
-    tools::compatible::DoorHost host_;
+    serve::compatible::DoorHost host_;
     std::unique_ptr<Session> session_;
 };
 

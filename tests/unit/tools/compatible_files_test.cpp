@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files, compressed bytes and elevation models of the published client.
 #include "core/error.hpp"
+#include "serve/compatible/client_files.hpp"
+#include "serve/compatible/dem_file.hpp"
+#include "serve/compatible/packed_bytes.hpp"
 #include "service/failure.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tools/serve/compatible/client_files.hpp"
-#include "tools/serve/compatible/dem_file.hpp"
-#include "tools/serve/compatible/packed_bytes.hpp"
 
 #include <lz4.h>
 
@@ -15,8 +15,10 @@
 #include <iterator>
 #include <string>
 
+namespace compatible_files_test {
+
 using namespace obscura;
-using namespace obscura::tools;
+using namespace obscura::serve;
 using Catch::Matchers::ContainsSubstring;
 using service::Failure;
 
@@ -169,3 +171,5 @@ TEST_CASE("an elevation model is read key by key", "[compatible]") {
                       "x.dem:2: \"rubbish\", wanted KEY = VALUE;");
     CHECK_THROWS_WITH(DemFile::parse("A = ;\n", "x.dem"), ContainsSubstring("x.dem:1:"));
 }
+
+} // namespace compatible_files_test

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The published client's models of the camera beside formulas, transformations of objects, and pictures that
 // follow each other on a body.
+#include "serve/compatible/handlers.hpp"
+#include "serve/compatible/picture_file.hpp"
 #include "tests/unit/tools/compatible_client.hpp"
-#include "tools/serve/compatible/handlers.hpp"
-#include "tools/serve/compatible/picture_file.hpp"
 
 #include <fmt/format.h>
 
@@ -12,6 +12,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace compatible_lens_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -202,16 +204,16 @@ TEST_CASE("a motion model moves the camera in its own frame", "[serve]") {
 
 TEST_CASE("a spectrum model sets the wavelengths of the channels", "[serve]") {
     Client client;
-    tools::compatible::DoorSettings settings;
+    serve::compatible::DoorSettings settings;
     settings.root = client.folder.path();
-    tools::compatible::Door door(settings, client.memory);
+    serve::compatible::Door door(settings, client.memory);
     Unhurried work;
     const auto load = [&](const char* name, const Fields& parameters) {
         const Command& command = *find_command("loadSpectrumModel");
         const Fields arguments{{"filename", name}, {"parameters", parameters}};
         Reply reply;
-        tools::compatible::Request request{command, door, Arguments(command, arguments), reply, work};
-        tools::compatible::handlers().at("loadSpectrumModel")(request);
+        serve::compatible::Request request{command, door, Arguments(command, arguments), reply, work};
+        serve::compatible::handlers().at("loadSpectrumModel")(request);
     };
     load("bands.txr", {{"from", List{4e-7, 5e-7, 6e-7, 7e-7}}, {"to", List{4.5e-7, 5.5e-7, 6.5e-7, 8e-7}}});
     const nlohmann::json bands = door.scene()["band"];
@@ -253,7 +255,7 @@ TEST_CASE("pictures of a sequence follow each other on the body that wears it", 
     for (const bool loop : {false, true}) {
         Client client;
         for (const auto& [number, value] : {std::pair{1, 1.0F}, std::pair{2, 0.4F}})
-            tools::compatible::save_integers(client.folder.path() / fmt::format("film_{:03}.png", number),
+            serve::compatible::save_integers(client.folder.path() / fmt::format("film_{:03}.png", number),
                                              {2, 1, {{value, value}}, ""}, 8);
         client.sun(6.957e8, {0, 0, au_m}, pi * au_m * au_m);
         client.ball("ball", 1, {0, 0, -10});
@@ -278,3 +280,5 @@ TEST_CASE("pictures of a sequence follow each other on the body that wears it", 
                       "other_1.png");
     }
 }
+
+} // namespace compatible_lens_test

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a published client may hold, and pictures of which only parts are rendered.
+#include "serve/compatible/handlers.hpp"
+#include "serve/compatible/micro_tasks.hpp"
+#include "serve/compatible/session_folder.hpp"
 #include "tests/unit/tools/compatible_client.hpp"
-#include "tools/serve/compatible/handlers.hpp"
-#include "tools/serve/compatible/micro_tasks.hpp"
-#include "tools/serve/compatible/session_folder.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -11,11 +11,13 @@
 #include <string>
 #include <vector>
 
+namespace compatible_limits_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::WithinRel;
-using tools::compatible::windows_of;
+using serve::compatible::windows_of;
 
 namespace {
 
@@ -78,7 +80,7 @@ TEST_CASE("a picture for which there is no memory is refused, and the session go
 }
 
 TEST_CASE("files of a scene have a limit, and what is removed makes room", "[serve]") {
-    tools::compatible::SessionFolder folder(1000);
+    serve::compatible::SessionFolder folder(1000);
     const std::string first = folder.write(".a", std::string(600, 'a'));
     CHECK_THROWS_WITH(folder.write(".b", std::string(600, 'b')),
                       ContainsSubstring("600 bytes beside 600") && ContainsSubstring("allowed 1000 in all"));
@@ -144,11 +146,11 @@ TEST_CASE("micro tasks render their pixels to the bytes of the whole picture", "
 
 TEST_CASE("a part of a picture costs its part of the rays", "[serve]") {
     Client client;
-    tools::compatible::DoorSettings settings;
+    serve::compatible::DoorSettings settings;
     settings.root = client.folder.path();
-    tools::compatible::Door door(settings, client.memory);
+    serve::compatible::Door door(settings, client.memory);
     Unhurried work;
-    tools::compatible::Object ball;
+    serve::compatible::Object ball;
     ball.keys = {
         {"shape", "ellipsoid"}, {"radii_m", {5.0, 5.0, 5.0}}, {"material", "lambert"}, {"albedo", 1.0}};
     ball.placement.position_m = {0, 0, -10};
@@ -165,3 +167,5 @@ TEST_CASE("a part of a picture costs its part of the rays", "[serve]") {
     CHECK_THAT(rays({{0, 0, 16, 16}, {32, 16, 32, 32}}) / all, WithinRel(5.0 / 16, 0.05));
     CHECK(rays({}) == 0);
 }
+
+} // namespace compatible_limits_test

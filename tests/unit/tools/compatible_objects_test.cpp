@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+namespace compatible_objects_test {
+
 using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::ContainsSubstring;
@@ -163,3 +165,5 @@ TEST_CASE("a mesh is scaled, and takes a BRDF as a whole", "[serve]") {
     const double f_px = 32 / std::tan(pi / 180);
     CHECK_THAT(light.sum, WithinRel(0.25 * std::pow(2e3 / 1e5 * f_px, 2), 0.02));
 }
+
+} // namespace compatible_objects_test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The published client's pictures beside formulas: light, geometry, stars, and the forms they are sent in.
+#include "serve/compatible/handlers.hpp"
+#include "serve/render_call.hpp"
 #include "tests/unit/tools/compatible_client.hpp"
-#include "tools/serve/compatible/handlers.hpp"
-#include "tools/serve/render_call.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +11,8 @@
 #include <limits>
 #include <string>
 #include <vector>
+
+namespace compatible_pictures_test {
 
 using namespace obscura;
 using namespace obscura::test;
@@ -289,16 +291,16 @@ TEST_CASE("motion during the integration time blurs, and the middle of it is the
 }
 
 TEST_CASE("the scene as a file renders the same bytes by the native protocol", "[serve]") {
-    tools::compatible::DoorSettings settings;
+    serve::compatible::DoorSettings settings;
     Client client;
     settings.root = client.folder.path();
-    tools::compatible::Door door(settings, client.memory);
+    serve::compatible::Door door(settings, client.memory);
     Unhurried work;
     const auto run = [&](const char* name, const Fields& arguments) {
         const Command& command = *find_command(name);
         Reply reply;
-        tools::compatible::Request request{command, door, Arguments(command, arguments), reply, work};
-        tools::compatible::handlers().at(name)(request);
+        serve::compatible::Request request{command, door, Arguments(command, arguments), reply, work};
+        serve::compatible::handlers().at(name)(request);
     };
     run("createBRDF", {{"name", "b"},
                        {"filename", "oren_nayar.brdf"},
@@ -314,9 +316,9 @@ TEST_CASE("the scene as a file renders the same bytes by the native protocol", "
     run("setNbSamplesPerPixel", {{"nb_samples", 8}});
     run("render", {});
 
-    tools::SceneCalls scene(client.folder.path());
-    const tools::PictureLimits limits;
-    tools::RenderCall render(scene, limits);
+    serve::SceneCalls scene(client.folder.path());
+    const serve::PictureLimits limits;
+    serve::RenderCall render(scene, limits);
     const service::Calls calls = scene.calls();
     (void)service::bind(service::find_call(calls, "scene.load"),
                         {{"call", "scene.load"}, {"toml", door.document().text()}})
@@ -325,3 +327,5 @@ TEST_CASE("the scene as a file renders the same bytes by the native protocol", "
     CHECK(answer.arrays.at(0).floats() == door.picture->values);
     CHECK(*std::max_element(door.picture->values.begin(), door.picture->values.end()) > 0.1F);
 }
+
+} // namespace compatible_pictures_test

@@ -15,6 +15,8 @@
 #include <iterator>
 #include <string>
 
+namespace ephemeris_import_test {
+
 using namespace obscura;
 using namespace obscura::ephemeris;
 using namespace obscura::tools;
@@ -119,3 +121,5 @@ TEST_CASE("The writer of DAF files makes what the reader reads, with many segmen
         }
     }
 }
+
+} // namespace ephemeris_import_test

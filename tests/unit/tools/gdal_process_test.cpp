@@ -13,6 +13,8 @@
 #include <fstream>
 #include <string>
 
+namespace gdal_process_test {
+
 using namespace obscura;
 using namespace obscura::tools;
 using namespace std::chrono_literals;
@@ -196,3 +198,5 @@ TEST_CASE("the helper reads blocks of a file, and refuses what is none") {
                       ContainsSubstring("signal 9"));
     unsetenv("OBSCURA_GDAL");
 }
+
+} // namespace gdal_process_test

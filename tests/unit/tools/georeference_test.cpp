@@ -14,6 +14,8 @@
 #include <numbers>
 #include <string>
 
+namespace georeference_test {
+
 using namespace obscura;
 using namespace obscura::tools;
 using Catch::Matchers::ContainsSubstring;
@@ -354,3 +356,5 @@ TEST_CASE("the command line goes before the file") {
     CHECK_THROWS_AS(placed({{"MAP_RESOLUTION", ""}, {"MAP_SCALE", ""}}), InputError);
     CHECK(placed({{"MAP_PROJECTION_TYPE", "\"SINUSOIDAL\""}}).place.foreign);
 }
+
+} // namespace georeference_test

@@ -11,9 +11,9 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
+#include "tools/compare/registration.hpp"
 #include "tools/import/near_msi.hpp"
 #include "tools/import/utc.hpp"
-#include "tools/support/registration.hpp"
 
 #include <sys/stat.h>
 
@@ -23,6 +23,8 @@
 #include <numbers>
 #include <random>
 #include <sstream>
+
+namespace images_test {
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -518,3 +520,5 @@ TEST_CASE("real PDS3 products are read") {
         CHECK_THAT(distance_m, WithinAbs(23600, 50));
     }
 }
+
+} // namespace images_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Metrics of several daemons: each sample has labels of its own.
+#include "host/metrics_text.hpp"
 #include "tests/support/catch.hpp"
-#include "tools/support/metrics_text.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -9,6 +9,8 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+namespace metrics_text_test {
 
 using namespace obscura;
 using Json = nlohmann::ordered_json;
@@ -34,7 +36,7 @@ std::vector<std::string> series(const std::string& text) {
 
 TEST_CASE("daemons of one configuration have samples of their own", "[tools]") {
     const std::vector<Json> states{state_of("a.toml", 7), state_of("b.toml", 8), state_of("a.toml", 9)};
-    const std::string text = tools::metrics_text(states);
+    const std::string text = host::metrics_text(states);
     const std::vector<std::string> all = series(text);
     CHECK(all.size() > 20);
     CHECK(std::set(all.begin(), all.end()).size() == all.size());
@@ -44,3 +46,5 @@ TEST_CASE("daemons of one configuration have samples of their own", "[tools]") {
     // A restart begins no new series where it need not.
     CHECK(text.find("\nobscura_up_seconds{config=\"b.toml\"} 3\n") != std::string::npos);
 }
+
+} // namespace metrics_text_test

@@ -3,12 +3,14 @@
 // Lambert disc.
 #include "core/error.hpp"
 #include "tests/support/catch.hpp"
-#include "tools/support/pointing.hpp"
-#include "tools/support/registration.hpp"
+#include "tools/compare/pointing.hpp"
+#include "tools/compare/registration.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <random>
+
+namespace pointing_test {
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -150,3 +152,5 @@ TEST_CASE("I/F of a Lambert surface under the vertical Sun is its albedo") {
     const Image constant{c.width, c.height, std::vector<double>(irradiance.values.size(), radiance)};
     CHECK_THAT(i_over_f(constant, *lens, true, sun_w_m2).at(3, 7), WithinRel(albedo, 1e-9));
 }
+
+} // namespace pointing_test

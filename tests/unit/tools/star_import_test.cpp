@@ -11,6 +11,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace star_import_test {
+
 using namespace obscura;
 using namespace obscura::tools;
 using Catch::Matchers::Contains;
@@ -263,3 +265,5 @@ TEST_CASE("Hipparcos and kstars agree on the stars of both", "[stars]") {
     CHECK(static_cast<double>(near) > 0.95 * static_cast<double>(fast));
     CHECK(static_cast<double>(like) > 0.95 * static_cast<double>(near));
 }
+
+} // namespace star_import_test

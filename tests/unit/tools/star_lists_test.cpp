@@ -3,11 +3,13 @@
 #include "core/error.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tools/support/star_lists.hpp"
+#include "tools/pictures/star_lists.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
+
+namespace star_lists_test {
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -89,3 +91,5 @@ TEST_CASE("bad star lists are refused by file and line", "[stars]") {
     CHECK_THROWS_AS(read_star_list("/nonexistent", {}), InputError);
     CHECK(!is_star_list("/nonexistent"));
 }
+
+} // namespace star_lists_test

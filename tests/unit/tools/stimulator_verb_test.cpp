@@ -7,6 +7,8 @@
 
 #include <cmath>
 
+namespace stimulator_verb_test {
+
 using namespace obscura;
 using namespace obscura::tools;
 using Catch::Matchers::ContainsSubstring;
@@ -15,7 +17,7 @@ namespace {
 
 int run(const std::vector<std::string>& arguments) {
     const auto verb = make_stimulator();
-    CommandLine line;
+    host::CommandLine line;
     verb->declare(line);
     REQUIRE(line.parse("stimulator", arguments));
     return verb->run();
@@ -64,3 +66,5 @@ TEST_CASE("Pictures written by the patterns action calibrate to the identity") {
                ContainsSubstring("allowed 16 to 16384"));
     CHECK_THAT(refused({"patterns", "--size", "64x64"}), ContainsSubstring("--output is missing"));
 }
+
+} // namespace stimulator_verb_test

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Heights of layers as samples of maps, against the layers' own formula.
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "tests/support/catch.hpp"
-#include "tools/support/terrain_source.hpp"
+#include "tools/scene/terrain_source.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
+
+namespace terrain_source_test {
 
 using namespace obscura;
 using namespace obscura::terrain;
@@ -112,3 +114,5 @@ TEST_CASE("What a layer throws ends the bake") {
     std::vector<float> out(150 * 150);
     CHECK_THROWS_WITH(source.read(0, 0, 0, 150, 150, out), "the layer failed");
 }
+
+} // namespace terrain_source_test

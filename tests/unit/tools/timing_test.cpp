@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
-#include "emulator/timing_log.hpp"
+#include "emulator/record/timing_log.hpp"
 #include "tests/support/catch.hpp"
-#include "tools/support/timing_quality.hpp"
-#include "tools/support/timing_report.hpp"
+#include "tools/timing/timing_quality.hpp"
+#include "tools/timing/timing_report.hpp"
 
 #include <algorithm>
 #include <sstream>
+
+namespace timing_test {
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -465,3 +467,5 @@ TEST_CASE("degraded frames are counted by reason, and each is explained") {
                ContainsSubstring("\n1,3,sixteenth,32,5,30000,0,0,83200,80000,3000,0066,\"too little time, "));
     CHECK_THAT(quality_remark(file.rows), ContainsSubstring("quality: 5 of 6 frames below full"));
 }
+
+} // namespace timing_test

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts the verbs are made of.
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
+#include "host/command_line.hpp"
 #include "images/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tools/support/colour_map.hpp"
-#include "tools/support/command_line.hpp"
-#include "tools/support/figure.hpp"
-#include "tools/support/font.hpp"
-#include "tools/support/frame_chunks.hpp"
-#include "tools/support/layer_picture.hpp"
-#include "tools/support/plot.hpp"
-#include "tools/support/preview.hpp"
-#include "tools/support/receiver.hpp"
-#include "tools/support/report.hpp"
-#include "tools/support/sequence.hpp"
-#include "tools/support/spectrogram.hpp"
-#include "tools/support/ticks.hpp"
+#include "tools/characterise/spectrogram.hpp"
+#include "tools/check/report.hpp"
+#include "tools/pictures/colour_map.hpp"
+#include "tools/pictures/figure.hpp"
+#include "tools/pictures/font.hpp"
+#include "tools/pictures/layer_picture.hpp"
+#include "tools/pictures/plot.hpp"
+#include "tools/pictures/preview.hpp"
+#include "tools/pictures/ticks.hpp"
+#include "tools/receive/frame_chunks.hpp"
+#include "tools/receive/receiver.hpp"
+#include "tools/receive/sequence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +25,8 @@
 #include <numbers>
 #include <random>
 #include <utility>
+
+namespace tools_test {
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -93,7 +95,7 @@ TEST_CASE("command lines fill their targets, and say what is wrong") {
     std::uint64_t frames = 3;
     double rate = 0;
     bool json = false;
-    CommandLine line;
+    host::CommandLine line;
     line.positional("SCENE", &scene, "a scene");
     line.option("-o,--output", &output, "FILE", "a file").required = true;
     line.option("--format", &format, "F", "a format").choices = {"png", "raw"};
@@ -103,7 +105,7 @@ TEST_CASE("command lines fill their targets, and say what is wrong") {
     const auto complaint = [&](std::vector<std::string> arguments) -> std::string {
         try {
             (void)line.parse("verb", arguments);
-        } catch (const UsageError& error) {
+        } catch (const host::UsageError& error) {
             CHECK(error.status() == exit_usage);
             return error.what();
         }
@@ -134,48 +136,48 @@ TEST_CASE("command lines fill their targets, and say what is wrong") {
 
 TEST_CASE("sizes") {
     std::int32_t width = 0, height = 0;
-    parse_size("640x512", width, height);
+    host::parse_size("640x512", width, height);
     CHECK(width == 640);
     CHECK(height == 512);
     for (const char* bad :
          {"", "x", "640", "640x", "x512", "0x5", "-1x5", "6.5x5", "640x512x3", "70000x5", " 1x1"})
-        CHECK_THROWS_AS(parse_size(bad, width, height), UsageError);
+        CHECK_THROWS_AS(host::parse_size(bad, width, height), host::UsageError);
 }
 
 TEST_CASE("sequences number their files") {
     CHECK(numbered("a_%04d.png", 7) == "a_0007.png");
     CHECK(numbered("%d", 12345) == "12345");
     for (const char* bad : {"a.png", "a%s.png", "a%d%d", "a%", "a%3", "a%-3d", "a%d%%", "a%99d"})
-        CHECK_THROWS_AS(numbered(bad, 1), UsageError);
+        CHECK_THROWS_AS(numbered(bad, 1), host::UsageError);
     CHECK(sequence("a.png", {3}).at(0).file == "a.png");
     const auto frames = sequence("a%d.png", {0, 0.5, 2});
     REQUIRE(frames.size() == 3);
     CHECK(frames[2].number == 3);
     CHECK(frames[2].time_s == 2);
     CHECK(frames[2].file == "a3.png");
-    CHECK_THROWS_AS(sequence("a.png", {0, 1}), UsageError);
+    CHECK_THROWS_AS(sequence("a.png", {0, 1}), host::UsageError);
 }
 
 TEST_CASE("previews are black at the background, white at the brightest, and keep the order") {
     std::vector<float> image(1000, 1.0F);
     for (std::size_t i = 0; i < 100; ++i)
         image[i] = 1.0F + static_cast<float>(i);
-    const std::vector<std::uint8_t> picture = stretched(image, {});
+    const std::vector<std::uint8_t> picture = host::stretched(image, {});
     CHECK(picture[500] == 0);
     CHECK(picture[99] == 255);
     for (std::size_t i = 1; i < 100; ++i)
         CHECK(picture[i] >= picture[i - 1]);
     CHECK(picture[50] > 127); // brighter than linear
-    const std::vector<std::uint8_t> flat = stretched(std::vector<float>(10, 5.0F), {});
+    const std::vector<std::uint8_t> flat = host::stretched(std::vector<float>(10, 5.0F), {});
     CHECK(flat == std::vector<std::uint8_t>(10, 0));
-    CHECK(stretched({}, {}).empty());
+    CHECK(host::stretched({}, {}).empty());
 }
 
 TEST_CASE("each stretch has its curve, with and without parameters") {
     const auto level = [](const char* text, double value, double gamma = 1) {
         // Quantiles of numbers spread evenly over 100 .. 1100, of which 4095 is the largest possible.
-        const ToneCurve curve(
-            Stretch::parse("verb", text, gamma), [](double part) { return 100 + 1000 * part; }, 4095);
+        const host::ToneCurve curve(
+            host::Stretch::parse("verb", text, gamma), [](double part) { return 100 + 1000 * part; }, 4095);
         return curve.level(value);
     };
     using Catch::Matchers::WithinAbs;
@@ -194,7 +196,7 @@ TEST_CASE("each stretch has its curve, with and without parameters") {
     for (const char* bad :
          {"", "liner", "linear:", "linear:1", "linear:3,1", "linear:1,2,3", "percentile:-1,50",
           "percentile:0,101", "asinh:0", "asinh:nan", "log:0.5", "auto:1", "log:1e10"})
-        CHECK_THROWS_AS(Stretch::parse("verb", bad, 1), UsageError);
+        CHECK_THROWS_AS(host::Stretch::parse("verb", bad, 1), host::UsageError);
 }
 
 TEST_CASE("previews of frames mark windows and padding, and only these need colour") {
@@ -206,7 +208,7 @@ TEST_CASE("previews of frames mark windows and padding, and only these need colo
     const auto write = [&](const char* name, const std::vector<Region>& windows, int rows) {
         write_preview(folder.path() / name,
                       {20, rows, 12, std::span(pixels).first(static_cast<std::size_t>(20 * rows)), windows},
-                      Stretch::parse("verb", "percentile:0,100", 1));
+                      host::Stretch::parse("verb", "percentile:0,100", 1));
         return folder.path() / name;
     };
     const auto marked = write("marked.png", {{0, 0, 20, 8}, {0, 8, 12, 8}}, 16);
@@ -455,3 +457,5 @@ TEST_CASE("plots have round ticks, powers of ten, a legend and marks") {
     CHECK(circles == 3);
     CHECK_THAT(svg({"empty", "x", "y", true, true, {}, {}}), ContainsSubstring("</svg>"));
 }
+
+} // namespace tools_test

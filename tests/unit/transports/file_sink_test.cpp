@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The file transport: order, bounded queue, partial frames, failures.
 #include "core/error.hpp"
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "transports/file/file_sink.hpp"
@@ -12,6 +12,8 @@
 #include <functional>
 #include <iterator>
 #include <thread>
+
+namespace file_sink_test {
 
 using namespace obscura;
 using namespace obscura::transports;
@@ -143,3 +145,5 @@ TEST_CASE("a folder that cannot be written stops the start; one that vanishes la
     sink.stop();
     CHECK(std::filesystem::exists(folder.path() / "out" / "frame_000003.fits"));
 }
+
+} // namespace file_sink_test

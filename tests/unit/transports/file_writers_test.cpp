@@ -22,6 +22,8 @@
 #include <limits>
 #include <random>
 
+namespace file_writers_test {
+
 using namespace obscura;
 using namespace obscura::images;
 
@@ -202,3 +204,5 @@ TEST_CASE("an output that cannot be written is one line, and leaves nothing behi
     // procfs refuses new files even to root.
     CHECK(error_of([] { require_writable("/proc/self"); }).substr(0, 29) == "/proc/self: cannot be written");
 }
+
+} // namespace file_writers_test

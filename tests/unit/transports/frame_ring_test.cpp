@@ -22,6 +22,8 @@
 #include <thread>
 #include <vector>
 
+namespace frame_ring_test {
+
 using namespace obscura;
 using namespace obscura::transports;
 
@@ -302,3 +304,5 @@ TEST_CASE("writing to the ring takes no memory from the heap", "[transports]") {
         if (bench.ring.write(*frame, number) != number) FAIL("not written");
     CHECK(test::allocation_counts().all == 0);
 }
+
+} // namespace frame_ring_test

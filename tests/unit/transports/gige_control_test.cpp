@@ -2,8 +2,8 @@
 // The control port without sockets: one datagram in, its answer out, on a fresh device each time.
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/latency_histogram.hpp"
 #include "core/philox.hpp"
+#include "core/realtime/latency_histogram.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/pattern_camera.hpp"
@@ -25,6 +25,8 @@
 #include <fstream>
 #include <string>
 #include <vector>
+
+namespace gige_control_test {
 
 using namespace obscura;
 using namespace obscura::transports::gige;
@@ -1150,3 +1152,5 @@ TEST_CASE("Histogram quantiles are right to a bin of 6 %") {
     h.add(-5);
     CHECK(h.quantile_ns(0.0001) == 0);
 }
+
+} // namespace gige_control_test

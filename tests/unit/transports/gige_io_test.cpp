@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines, counters, timers and sequencer: against a camera whose activity the test makes up.
+#include "core/camera/io_state.hpp"
 #include "core/clock.hpp"
-#include "core/io_state.hpp"
 #include "tests/support/catch.hpp"
 #include "transports/gige/channels/binning.hpp"
 #include "transports/gige/control/control_port.hpp"
@@ -15,6 +15,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace gige_io_test {
 
 using namespace obscura;
 using namespace obscura::transports::gige;
@@ -651,3 +653,5 @@ TEST_CASE("The table and camera.xml agree register by register, for every value 
             CHECK(named.count(a) == 1);
         }
 }
+
+} // namespace gige_io_test

@@ -19,6 +19,8 @@
 #include <utility>
 #include <vector>
 
+namespace gige_sender_test {
+
 using namespace obscura;
 using namespace obscura::transports::gige;
 
@@ -381,3 +383,5 @@ TEST_CASE("packets that found no receiver do not cost the next ones theirs") {
         close(second);
     }
 }
+
+} // namespace gige_sender_test

@@ -9,6 +9,8 @@
 #include <array>
 #include <vector>
 
+namespace gud_test {
+
 using namespace obscura;
 using namespace obscura::transports;
 using Catch::Matchers::ContainsSubstring;
@@ -250,3 +252,5 @@ TEST_CASE("Grey levels become pixels") {
     pack_levels(gud::Format::xrgb8888, GreyCoding::high_low, std::span(&level, 1), out);
     CHECK(Bytes(out.begin(), out.begin() + 4) == Bytes{0, 0xCD, 0xAB, 0}); // blue, green, red, unused
 }
+
+} // namespace gud_test

@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+namespace settings_test {
+
 using namespace obscura;
 using namespace obscura::transports;
 using obscura::transports::gige::Fault;
@@ -398,3 +400,5 @@ TEST_CASE("enabled transports are made in the order in which they start") {
     CHECK_FALSE(alone.transports.kept_truth().pixels);
     CHECK_THROWS_AS(alone.transports.make(context), OutputError);
 }
+
+} // namespace settings_test

@@ -13,6 +13,8 @@
 #include <functional>
 #include <map>
 
+namespace stimulator_calibrate_test {
+
 using namespace obscura;
 using namespace obscura::transports;
 using Catch::Matchers::ContainsSubstring;
@@ -400,3 +402,5 @@ TEST_CASE("Captures that cannot be used are named") {
                             p = static_cast<float>(philox4x32({++n, 0, 0, 0}, {9, 9})[0] & 4095u);
                 }).empty());
 }
+
+} // namespace stimulator_calibrate_test

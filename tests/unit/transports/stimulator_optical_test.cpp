@@ -16,6 +16,8 @@
 #include <numeric>
 #include <set>
 
+namespace stimulator_optical_test {
+
 using namespace obscura;
 using namespace obscura::transports;
 using Catch::Matchers::ContainsSubstring;
@@ -603,3 +605,5 @@ TEST_CASE("Refresh warnings name what is wrong, and say nothing when all is well
     CHECK_THAT(lines(100.0 / 3, 60, 100)[0], ContainsSubstring("the last rows see two frames"));
     CHECK(explain_refresh({0, 0}, {1, 1, 1}).empty());
 }
+
+} // namespace stimulator_optical_test

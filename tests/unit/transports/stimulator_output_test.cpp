@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stimulator transport against a display in memory: pictures, windows, compression, faults, hot plugging.
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/transports/stimulator_fake_bus.hpp"
@@ -13,6 +13,8 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+
+namespace stimulator_output_test {
 
 using namespace obscura;
 using namespace obscura::transports;
@@ -625,3 +627,5 @@ TEST_CASE("Nonsense in the extension is asked for only once") {
     CHECK_FALSE(rig.output->status().has_frame_status);
     CHECK(rig.output->counters().delivered == 1);
 }
+
+} // namespace stimulator_output_test

@@ -2,7 +2,7 @@
 // Discovery, use and loss of a USB display and of a video node through the real system calls, libusb and
 // sysfs, which umockdev answers in place of the kernel. To be run by umockdev-wrapper. GPIO lines cannot be
 // had that way (a request for one gives a new descriptor); tests/kernel has those.
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "tests/support/catch.hpp"
 #include "tools/stimulator-sim/gud_device.hpp"
 #include "transports/stimulator/libusb_bus.hpp"
@@ -27,6 +27,8 @@
 #include <mutex>
 #include <thread>
 #include <vector>
+
+namespace umockdev_test {
 
 using namespace obscura;
 using namespace obscura::transports;
@@ -457,3 +459,5 @@ TEST_CASE("images reach a video node through the system calls, also after it wen
     output.stop();
     CHECK(pool.in_use() == 0);
 }
+
+} // namespace umockdev_test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/camera/frame.hpp"
 #include "core/error.hpp"
-#include "core/frame.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/transports/v4l2_fake_driver.hpp"
 #include "transports/v4l2/v4l2_node.hpp"
@@ -15,6 +15,8 @@
 #include <fstream>
 #include <string>
 #include <vector>
+
+namespace v4l2_node_test {
 
 using namespace obscura;
 using namespace obscura::transports;
@@ -408,3 +410,5 @@ TEST_CASE("Few buffers work, with a warning") {
     for (int i = 0; i < 5; ++i)
         CHECK(send(node, *make_frame(pool, 1, image_12bit)) == V4l2Result::ok);
 }
+
+} // namespace v4l2_node_test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/camera/frame.hpp"
 #include "core/error.hpp"
-#include "core/frame.hpp"
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/transports/v4l2_fake_driver.hpp"
@@ -15,6 +15,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+namespace v4l2_output_test {
 
 using namespace obscura;
 using namespace obscura::transports;
@@ -416,3 +418,5 @@ TEST_CASE("Whatever fails whenever: every frame is shown whole or counted, and n
         check_clean(driver, camera);
     }
 }
+
+} // namespace v4l2_output_test

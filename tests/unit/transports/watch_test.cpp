@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+namespace watch_test {
+
 using namespace obscura;
 using namespace obscura::transports;
 using namespace std::chrono_literals;
@@ -286,3 +288,5 @@ TEST_CASE("what a probe needs is kept of the latest frames, by their ids", "[tra
     CHECK_FALSE(bench.watch.pixel(*second, 3, 2)); // overwritten
     CHECK_FALSE(bench.watch.kept(5, {}, bench.given_up).value().info.frame_id == 5);
 }
+
+} // namespace watch_test

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of the web server around answers: content coding, answers that are kept, passwords, its own metrics.
 #include "tests/support/catch.hpp"
-#include "web/access.hpp"
-#include "web/content_coding.hpp"
-#include "web/kept_answers.hpp"
-#include "web/page_files.hpp"
-#include "web/problem.hpp"
-#include "web/web_figures.hpp"
+#include "web/api/kept_answers.hpp"
+#include "web/live/web_figures.hpp"
+#include "web/page/page_files.hpp"
+#include "web/server/access.hpp"
+#include "web/server/content_coding.hpp"
+#include "web/server/problem.hpp"
 
 #include <zlib.h>
 
@@ -16,6 +16,8 @@
 #include <string>
 #include <string_view>
 #include <utility>
+
+namespace answers_test {
 
 using namespace obscura::web;
 using namespace std::chrono_literals;
@@ -206,3 +208,5 @@ TEST_CASE("metrics of the server count what was told", "[web]") {
           "obscura_web_requests_total{route=\"state\",code=\"200\"} 2\n"})
         CHECK(text.find(line) != std::string::npos);
 }
+
+} // namespace answers_test

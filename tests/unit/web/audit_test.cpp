@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Record of changes: order, numbers, what is kept, and the line of the log.
-#include "core/log_history.hpp"
+#include "core/realtime/log_history.hpp"
 #include "tests/support/catch.hpp"
-#include "web/audit.hpp"
+#include "web/server/audit.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -12,6 +12,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+namespace audit_test {
 
 using namespace obscura;
 using namespace obscura::web;
@@ -103,3 +105,5 @@ TEST_CASE("changes of several threads have numbers of their own", "[web]") {
     for (std::size_t i = 0; i < all["changes"].size(); ++i)
         REQUIRE(all["changes"][i]["id"] == i + 1);
 }
+
+} // namespace audit_test

@@ -2,10 +2,11 @@
 // Watch over daemons that restart, fail for a while or speak another version, and what routes make of them.
 #include "core/clock.hpp"
 #include "emulator/monitor/monitor_socket.hpp"
+#include "host/monitor_connection.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "web/daemon_watch.hpp"
-#include "web/routes.hpp"
+#include "web/api/routes.hpp"
+#include "web/live/daemon_watch.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+namespace daemon_watch_test {
 
 using namespace obscura;
 using namespace obscura::web;
@@ -223,3 +226,5 @@ TEST_CASE("a daemon of another version is answered for with 503", "[web]") {
     CHECK(status_of("/api/v1/state") == 200);
     CHECK(status_of("/api/v1/cameras/7-0/features") == 503);
 }
+
+} // namespace daemon_watch_test

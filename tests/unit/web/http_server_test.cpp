@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The server against clients that read slowly, or not at all, and at several addresses.
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "tests/support/catch.hpp"
 #include "web/http_server.hpp"
 
@@ -20,6 +20,8 @@
 #include <string_view>
 #include <thread>
 #include <vector>
+
+namespace http_server_test {
 
 using namespace obscura;
 using namespace obscura::web;
@@ -200,3 +202,5 @@ TEST_CASE("a server has the names that it is given", "[web]") {
                             "user@b", "::1", "ftp://b"})
         CHECK_FALSE(OwnNames::is_name(bad));
 }
+
+} // namespace http_server_test

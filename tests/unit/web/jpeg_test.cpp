@@ -4,10 +4,10 @@
 #include "images/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "web/jpeg.hpp"
-#include "web/live_budget.hpp"
-#include "web/live_message.hpp"
-#include "web/made_pictures.hpp"
+#include "web/live/jpeg.hpp"
+#include "web/live/live_budget.hpp"
+#include "web/live/live_message.hpp"
+#include "web/live/made_pictures.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +15,8 @@
 #include <random>
 #include <string>
 #include <vector>
+
+namespace jpeg_test {
 
 using namespace obscura;
 using namespace obscura::web;
@@ -150,3 +152,5 @@ TEST_CASE("over the budget those who take any encoding get JPEGs before larger b
     for (const Share& share : shared_out(viewers(200, PictureEncoding::automatic), 12e6))
         CHECK(share.view.bin > 1);
 }
+
+} // namespace jpeg_test

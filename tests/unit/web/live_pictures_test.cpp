@@ -4,11 +4,12 @@
 #include "core/clock.hpp"
 #include "emulator/monitor/frame_verbs.hpp"
 #include "emulator/monitor/monitor_socket.hpp"
+#include "host/monitor_connection.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/plain_frame.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "transports/watch/watch.hpp"
-#include "web/live_pictures.hpp"
+#include "web/live/live_pictures.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -26,6 +27,8 @@
 #include <optional>
 #include <string>
 #include <thread>
+
+namespace live_pictures_test {
 
 using namespace obscura;
 using namespace obscura::web;
@@ -276,3 +279,5 @@ TEST_CASE("viewers that come and go leave no files and no threads behind", "[web
     CHECK(open_files() <= files);
     CHECK(threads() == count);
 }
+
+} // namespace live_pictures_test

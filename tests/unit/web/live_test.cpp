@@ -2,11 +2,11 @@
 // Live pictures without the socket: views and histograms against brute force, messages, the budget, credit.
 #include "core/error.hpp"
 #include "tests/support/catch.hpp"
-#include "web/kept_frames.hpp"
-#include "web/live_budget.hpp"
-#include "web/live_message.hpp"
-#include "web/live_pictures.hpp"
-#include "web/view.hpp"
+#include "web/live/kept_frames.hpp"
+#include "web/live/live_budget.hpp"
+#include "web/live/live_message.hpp"
+#include "web/live/live_pictures.hpp"
+#include "web/live/view.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -17,6 +17,8 @@
 #include <random>
 #include <string>
 #include <vector>
+
+namespace live_test {
 
 using namespace obscura;
 using namespace obscura::web;
@@ -389,3 +391,5 @@ TEST_CASE("a viewer that names ever other cameras takes no more memory", "[web]"
     pictures.visited({});
     CHECK(pictures.cameras() == 0);
 }
+
+} // namespace live_test

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Readiness checks: what makes a machine of cameras not ready, and the text that says so.
 #include "tests/support/catch.hpp"
-#include "web/readiness.hpp"
+#include "web/api/readiness.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <string>
+
+namespace readiness_test {
 
 using namespace obscura::web;
 using Json = nlohmann::ordered_json;
@@ -65,3 +67,5 @@ TEST_CASE("what is wrong is said by the check that finds it", "[web]") {
     CHECK(text(with("/cameras/0/transports/file/trouble", "disk full"), "a.toml camera 0 files") ==
           "disk full");
 }
+
+} // namespace readiness_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Jobs of daemons that answer beside those of daemons that do not.
 #include "tests/support/catch.hpp"
-#include "web/worker.hpp"
+#include "web/server/worker.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 #include <utility>
+
+namespace worker_test {
 
 using namespace obscura::web;
 using namespace std::chrono_literals;
@@ -81,3 +83,5 @@ TEST_CASE("daemons that do not answer take a bounded number of threads", "[web]"
         REQUIRE(worker.take(waiting(std::to_string(i), gate.future), [](const Response&) {}));
     CHECK(done(worker, quick("one more")) == 0);
 }
+
+} // namespace worker_test

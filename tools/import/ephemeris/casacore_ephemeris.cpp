@@ -2,7 +2,7 @@
 #include "tools/import/ephemeris/casacore_ephemeris.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@
 namespace obscura::tools {
 namespace {
 
-constexpr std::size_t most_bytes = 256U << 20;
+constexpr std::size_t max_table_bytes = 256U << 20;
 constexpr double day_s = 86400;
 constexpr double mjd_j2000 = 51544.5;
 
@@ -41,9 +41,9 @@ constexpr std::size_t row_values = 1018;
 std::string read_file(const std::filesystem::path& file) {
     const InputFile in = open_input(file);
     const std::uintmax_t size = std::filesystem::file_size(file);
-    if (size > most_bytes)
-        throw InputError(
-            fmt::format("{}: {} bytes, a table of DE405 has at most {}", file.string(), size, most_bytes));
+    if (size > max_table_bytes)
+        throw InputError(fmt::format("{}: {} bytes, a table of DE405 has at most {}", file.string(), size,
+                                     max_table_bytes));
     std::string bytes(static_cast<std::size_t>(size), '\0');
     bytes.resize(std::fread(bytes.data(), 1, bytes.size(), in.get()));
     return bytes;

@@ -2,6 +2,7 @@
 #include "tools/import/map/georeference.hpp"
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "terrain/maps/pds3_map.hpp"
 
 #include <fmt/format.h>
@@ -19,8 +20,6 @@ using terrain::Latitudes;
 using terrain::Projection;
 using terrain::ProjectionKind;
 using terrain::Registration;
-
-constexpr double degree = std::numbers::pi / 180;
 
 /// Sets the projection's spheroid: the longest axis and the third.
 void set_radii(Projection& projection, Vec3 radii_m) {

@@ -2,7 +2,7 @@
 // Filling of holes in rasters of any size by normalised convolution on a Gaussian pyramid.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "tools/import/map/raster_reader.hpp"
 
 #include <cstdint>

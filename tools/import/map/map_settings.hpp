@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/geometry.hpp"
-#include "terrain/maps/map_frame.hpp"
+#include "terrain/geometry/map_frame.hpp"
 #include "terrain/obt/obt_metadata.hpp"
 
 #include <array>

@@ -2,7 +2,8 @@
 #include "tools/import/map/map_source.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
+#include "core/units.hpp"
 #include "images/readers/pds3_layout.hpp"
 
 #include <fmt/format.h>
@@ -10,13 +11,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 
 namespace obscura::tools {
 namespace {
 
 using terrain::ProjectionKind;
-constexpr double degree = std::numbers::pi / 180;
 /// Bytes of samples that are asked for at once.
 constexpr std::uint64_t piece_bytes = std::uint64_t{8} << 20;
 

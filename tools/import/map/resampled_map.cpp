@@ -2,13 +2,13 @@
 #include "tools/import/map/resampled_map.hpp"
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace obscura::tools {
 namespace {
@@ -18,7 +18,6 @@ using terrain::Projection;
 using terrain::ProjectionKind;
 using terrain::SamplePlace;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int block_edge = 256;
 /// Samples of the file that are read for a block.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Star catalogues in binary layouts: kstars' tables, and the star tables of astrometry.net's index files.
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "tools/import/stars/star_import.hpp"
 
 #include <fitsio.h>
@@ -143,7 +143,7 @@ private:
     std::size_t at_ = 0; ///< at last the first record
 };
 
-double or_zero(double value) {
+double finite_or_zero(double value) {
     return std::isnan(value) ? 0 : value;
 }
 
@@ -221,9 +221,9 @@ void read_kstars_binary(const std::filesystem::path& file, StarSink& sink) {
                       i + 1);
             continue;
         }
-        star.motion_ra_mas_yr = or_zero(table.value(i, "dRA"));
-        star.motion_dec_mas_yr = or_zero(table.value(i, "dDec"));
-        star.parallax_mas = or_zero(table.value(i, "parallax"));
+        star.motion_ra_mas_yr = finite_or_zero(table.value(i, "dRA"));
+        star.motion_dec_mas_yr = finite_or_zero(table.value(i, "dDec"));
+        star.parallax_mas = finite_or_zero(table.value(i, "parallax"));
         star.magnitude_v = table.value(i, "mag");
         star.colour_b_v = table.value(i, "bv_index");
         if (const double v = table.value(i, "V"); !std::isnan(v)) { // deep tables have B and V

@@ -2,7 +2,7 @@
 #include "tools/import/stars/star_import.hpp"
 
 #include "core/error.hpp"
-#include "core/input_file.hpp"
+#include "core/io/input_file.hpp"
 #include "ephemeris/stars/sky_cells.hpp"
 
 #include <fmt/format.h>

@@ -2,7 +2,7 @@
 // Import of stars: recognises the layouts of catalogues, reads them and merges them.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "ephemeris/stars/star.hpp"
 #include "tools/import/stars/star_rows.hpp"
 

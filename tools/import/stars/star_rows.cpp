@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/import/stars/star_rows.hpp"
 
+#include "core/units.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 
 #include <fmt/format.h>
@@ -9,7 +10,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 namespace obscura::tools {
@@ -19,7 +19,6 @@ using ephemeris::StarIds;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr std::string_view no_place = "no position, or one that is not possible";
 constexpr std::string_view no_magnitude = "no magnitude";
 constexpr std::string_view too_short = "too few fields";

@@ -2,7 +2,7 @@
 // Digital binning (SFNC): digital numbers of neighbouring pixels are combined when a frame is sent.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 
 #include <cstdint>
 #include <numeric>

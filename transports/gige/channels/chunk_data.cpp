@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/channels/chunk_data.hpp"
 
-#include "core/frame_flags.hpp"
-#include "core/scene_truth.hpp"
+#include "core/camera/frame_flags.hpp"
+#include "core/camera/scene_truth.hpp"
 #include "transports/gige/wire/bytes.hpp"
 
 #include <algorithm>

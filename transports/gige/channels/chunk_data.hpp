@@ -2,7 +2,7 @@
 // Chunk data: metadata of a frame, appended to its pixels and read through the GenICam XML.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "transports/gige/channels/binning.hpp"
 #include "transports/gige/wire/chunk.hpp"
 

@@ -2,12 +2,12 @@
 // GVSP stream sender: turns frames into packets on one thread and keeps the last blocks for resends.
 #pragma once
 
+#include "core/camera/frame.hpp"
 #include "core/clock.hpp"
-#include "core/event_count.hpp"
-#include "core/frame.hpp"
-#include "core/heartbeat.hpp"
-#include "core/latency_histogram.hpp"
-#include "core/spsc_ring.hpp"
+#include "core/realtime/event_count.hpp"
+#include "core/realtime/heartbeat.hpp"
+#include "core/realtime/latency_histogram.hpp"
+#include "core/realtime/spsc_ring.hpp"
 #include "transports/gige/channels/message_channel.hpp"
 #include "transports/gige/channels/packet_socket.hpp"
 #include "transports/gige/channels/stream_port.hpp"

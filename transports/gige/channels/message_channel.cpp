@@ -3,7 +3,7 @@
 
 #include "core/clock.hpp"
 #include "core/error.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 #include "transports/gige/wire/bytes.hpp"
 #include "transports/gige/wire/gvcp.hpp"
 

@@ -2,9 +2,9 @@
 // GVCP message channel: sends events to the controlling application and repeats them until it acknowledges.
 #pragma once
 
-#include "core/event_count.hpp"
-#include "core/file_descriptor.hpp"
-#include "core/heartbeat.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "core/realtime/event_count.hpp"
+#include "core/realtime/heartbeat.hpp"
 #include "core/time.hpp"
 #include "transports/gige/channels/network_interface.hpp"
 #include "transports/gige/wire/event.hpp"

@@ -2,7 +2,7 @@
 // UDP socket of the stream: collects packets as header and body pieces and sends them in batches.
 #pragma once
 
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "transports/gige/channels/network_interface.hpp"
 #include "transports/gige/wire/send_backend.hpp"
 

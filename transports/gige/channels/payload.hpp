@@ -2,7 +2,7 @@
 // Payload of one GVSP block: pixels in wire format as rows become ready, then chunks, divided into packets.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "transports/gige/channels/binning.hpp"
 #include "transports/gige/channels/chunk_data.hpp"
 #include "transports/gige/wire/payload_part.hpp"

@@ -2,7 +2,7 @@
 #include "transports/gige/control/control_server.hpp"
 
 #include "core/error.hpp"
-#include "core/realtime.hpp"
+#include "core/realtime/realtime.hpp"
 
 #include <fmt/format.h>
 #include <netinet/in.h>

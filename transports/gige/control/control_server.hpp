@@ -3,10 +3,10 @@
 #pragma once
 
 #include "core/clock.hpp"
-#include "core/file_descriptor.hpp"
-#include "core/heartbeat.hpp"
-#include "core/realtime.hpp"
-#include "core/work_queue.hpp"
+#include "core/io/file_descriptor.hpp"
+#include "core/realtime/heartbeat.hpp"
+#include "core/realtime/realtime.hpp"
+#include "core/realtime/work_queue.hpp"
 #include "transports/gige/control/control_port.hpp"
 
 #include <array>

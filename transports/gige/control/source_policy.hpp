@@ -2,7 +2,7 @@
 // Access by source address, and rate limit of answers against amplification by spoofed requests.
 #pragma once
 
-#include "core/address_range.hpp"
+#include "core/io/address_range.hpp"
 #include "core/time.hpp"
 #include "transports/gige/channels/network_interface.hpp"
 

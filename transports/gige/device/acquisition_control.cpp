@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // AcquisitionControl: acquisition, frame rate, triggers, exposure.
-#include "core/setting_ranges.hpp"
+#include "core/camera/setting_ranges.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/stream_channel.hpp"
 
@@ -156,7 +156,7 @@ constexpr std::array exposure_auto_entries{
     entry("Continuous", ExposureAuto::continuous),
 };
 
-constexpr std::array features{
+constexpr std::array acquisition_features{
     Feature{.name = "AcquisitionMode",
             .type = FeatureType::enumeration,
             .address = 0xA100,
@@ -436,7 +436,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory acquisition_control() {
-    return {.name = "AcquisitionControl", .features = features};
+    return {.name = "AcquisitionControl", .features = acquisition_features};
 }
 
 } // namespace obscura::transports::gige

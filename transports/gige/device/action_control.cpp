@@ -7,7 +7,7 @@
 namespace obscura::transports::gige {
 namespace {
 
-constexpr std::array features{
+constexpr std::array action_features{
     Feature{.name = "ActionDeviceKey", .address = reg::action_device_key, .cached = true},
     Feature{.name = "ActionSelector", .minimum = fixed(1), .maximum = fixed(1), .constant = 1},
     Feature{.name = "ActionGroupKey",
@@ -23,7 +23,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory action_control() {
-    return {.name = "ActionControl", .features = features};
+    return {.name = "ActionControl", .features = action_features};
 }
 
 } // namespace obscura::transports::gige

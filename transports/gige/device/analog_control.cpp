@@ -11,7 +11,7 @@ constexpr std::array black_level_selector_entries{
     entry("All", 0),
 };
 
-constexpr std::array features{
+constexpr std::array analog_features{
     Feature{.name = "Gain",
             .type = FeatureType::floating,
             .address = 0xA160,
@@ -43,7 +43,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory analog_control() {
-    return {.name = "AnalogControl", .features = features};
+    return {.name = "AnalogControl", .features = analog_features};
 }
 
 } // namespace obscura::transports::gige

@@ -2,7 +2,7 @@
 // Fault rules in force and their strikes: those of the configuration, of calls and of TestControl.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 #include "transports/gige/settings.hpp"
 
 #include <array>

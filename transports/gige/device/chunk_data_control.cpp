@@ -30,7 +30,7 @@ constexpr std::array chunk_selector_entries{
     entry("FrameQuality", Chunk::frame_quality),
 };
 
-constexpr std::array features{
+constexpr std::array chunk_data_features{
     Feature{.name = "ChunkModeActive",
             .type = FeatureType::boolean,
             .address = 0xA300,
@@ -750,7 +750,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory chunk_data_control() {
-    return {.name = "ChunkDataControl", .features = features};
+    return {.name = "ChunkDataControl", .features = chunk_data_features};
 }
 
 } // namespace obscura::transports::gige

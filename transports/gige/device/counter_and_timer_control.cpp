@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // CounterAndTimerControl.
-#include "core/io_state.hpp"
+#include "core/camera/io_state.hpp"
 #include "transports/gige/device/accessors.hpp"
 
 #include <array>
@@ -112,7 +112,7 @@ constexpr std::array timer_status_entries{
     entry("TimerCompleted", IoStatus::completed),
 };
 
-constexpr std::array features{
+constexpr std::array counter_and_timer_features{
     Feature{.name = "CounterSelector", .type = FeatureType::enumeration, .entries = counter_selector_entries},
     Feature{.name = "CounterEventSource",
             .type = FeatureType::enumeration,
@@ -242,7 +242,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory counter_and_timer_control() {
-    return {.name = "CounterAndTimerControl", .features = features};
+    return {.name = "CounterAndTimerControl", .features = counter_and_timer_features};
 }
 
 } // namespace obscura::transports::gige

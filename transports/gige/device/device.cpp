@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/device.hpp"
 
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 #include "transports/gige/device/action_queue.hpp"
 #include "transports/gige/device/bootstrap_registers.hpp"
 #include "transports/gige/device/feature_table.hpp"

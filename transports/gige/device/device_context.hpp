@@ -2,7 +2,7 @@
 // State of the GigE Vision device that its features and bootstrap registers share.
 #pragma once
 
-#include "core/camera.hpp"
+#include "core/camera/camera.hpp"
 #include "core/clock.hpp"
 #include "core/ptp_status.hpp"
 #include "transports/gige/channels/binning.hpp"

@@ -26,7 +26,7 @@ constexpr std::array device_temperature_selector_entries{
     entry("Sensor", 0),
 };
 
-constexpr std::array features{
+constexpr std::array device_features{
     Feature{.name = "DeviceType",
             .type = FeatureType::enumeration,
             .visibility = Visibility::guru,
@@ -177,7 +177,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory device_control() {
-    return {.name = "DeviceControl", .features = features};
+    return {.name = "DeviceControl", .features = device_features};
 }
 
 } // namespace obscura::transports::gige

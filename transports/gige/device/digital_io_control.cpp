@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // DigitalIOControl. Line0 to Line3 are inputs; Line4 is an output that exists as a status only.
-#include "core/io_state.hpp"
+#include "core/camera/io_state.hpp"
 #include "transports/gige/device/accessors.hpp"
 
 #include <array>
@@ -96,7 +96,7 @@ constexpr std::array user_output_selector_entries{
     entry("UserOutput0", 0),
 };
 
-constexpr std::array features{
+constexpr std::array digital_io_features{
     Feature{.name = "LineSelector", .type = FeatureType::enumeration, .entries = line_selector_entries},
     Feature{.name = "LineMode",
             .type = FeatureType::enumeration,
@@ -161,7 +161,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory digital_io_control() {
-    return {.name = "DigitalIOControl", .features = features};
+    return {.name = "DigitalIOControl", .features = digital_io_features};
 }
 
 } // namespace obscura::transports::gige

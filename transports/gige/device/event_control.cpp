@@ -19,7 +19,7 @@ constexpr std::array event_selector_entries{
     entry("FrameDegraded", Event::frame_degraded),
 };
 
-constexpr std::array features{
+constexpr std::array event_features{
     Feature{.name = "EventSelector", .type = FeatureType::enumeration, .entries = event_selector_entries},
     Feature{.name = "EventNotification",
             .type = FeatureType::enumeration,
@@ -74,7 +74,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory event_control() {
-    return {.name = "EventControl", .features = features};
+    return {.name = "EventControl", .features = event_features};
 }
 
 } // namespace obscura::transports::gige

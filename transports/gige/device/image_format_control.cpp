@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ImageFormatControl: sensor, regions, pixel format, binning.
-#include "core/setting_ranges.hpp"
+#include "core/camera/setting_ranges.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/region_accessors.hpp"
 #include "transports/gige/device/region_entries.hpp"
@@ -66,7 +66,7 @@ std::uint64_t get_pitch(const Feature& f, DeviceContext& d, std::uint32_t /*inde
     return encode(f, 1e6 * (d.limits.*member));
 }
 
-constexpr std::array features{
+constexpr std::array image_format_features{
     Feature{.name = "SensorWidth",
             .access = Access::read_only,
             .address = 0xA000,
@@ -462,7 +462,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory image_format_control() {
-    return {.name = "ImageFormatControl", .features = features};
+    return {.name = "ImageFormatControl", .features = image_format_features};
 }
 
 } // namespace obscura::transports::gige

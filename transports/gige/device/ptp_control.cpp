@@ -35,7 +35,7 @@ constexpr std::array ptp_servo_status_entries{
     entry("Locked", 1),
 };
 
-constexpr std::array features{
+constexpr std::array ptp_features{
     Feature{.name = "PtpEnable",
             .type = FeatureType::boolean,
             .visibility = Visibility::expert,
@@ -140,7 +140,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory ptp_control() {
-    return {.name = "PtpControl", .features = features, .parent = "TransportLayerControl"};
+    return {.name = "PtpControl", .features = ptp_features, .parent = "TransportLayerControl"};
 }
 
 } // namespace obscura::transports::gige

@@ -2,7 +2,7 @@
 // Getters and setters for rows of the feature table that show a region, the image it is part of, or binning.
 #pragma once
 
-#include "core/setting_ranges.hpp"
+#include "core/camera/setting_ranges.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/region_binning.hpp"
 #include "transports/gige/device/regions.hpp"

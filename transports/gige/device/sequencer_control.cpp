@@ -69,7 +69,7 @@ constexpr std::array sequencer_trigger_activation_entries{
     entry("RisingEdge", 0),
 };
 
-constexpr std::array features{
+constexpr std::array sequencer_features{
     Feature{.name = "SequencerMode",
             .type = FeatureType::enumeration,
             .address = 0xA800,
@@ -160,7 +160,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory sequencer_control() {
-    return {.name = "SequencerControl", .features = features};
+    return {.name = "SequencerControl", .features = sequencer_features};
 }
 
 Status publish_sequence(DeviceContext& d, const Sequence& wanted) {

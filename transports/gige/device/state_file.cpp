@@ -3,7 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
-#include "core/file_descriptor.hpp"
+#include "core/io/file_descriptor.hpp"
 #include "transports/gige/registers/register_bank.hpp"
 
 #include <fcntl.h>

@@ -12,7 +12,7 @@ std::uint64_t get_statistic(const Feature&, DeviceContext& d, std::uint32_t) {
     return d.statistics ? d.statistics().*member : 0U;
 }
 
-constexpr std::array features{
+constexpr std::array stream_statistics_features{
     Feature{.name = "StreamSubmittedFrameCount",
             .custom = true,
             .access = Access::read_only,
@@ -54,8 +54,10 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory stream_statistics() {
-    return {
-        .name = "StreamStatistics", .features = features, .parent = "TransportLayerControl", .custom = true};
+    return {.name = "StreamStatistics",
+            .features = stream_statistics_features,
+            .parent = "TransportLayerControl",
+            .custom = true};
 }
 
 } // namespace obscura::transports::gige

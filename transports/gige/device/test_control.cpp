@@ -50,7 +50,7 @@ Status set_amount(const Feature& /*f*/, DeviceContext& d, std::uint32_t i, std::
     return Status::success;
 }
 
-constexpr std::array features{
+constexpr std::array test_features{
     Feature{
         .name = "TestPendingAck",
         .visibility = Visibility::guru,
@@ -116,7 +116,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory test_control() {
-    return {.name = "TestControl", .features = features};
+    return {.name = "TestControl", .features = test_features};
 }
 
 void publish_faults(DeviceContext& d) {

@@ -27,7 +27,7 @@ std::uint64_t get_payload_size(const Feature&, DeviceContext& d, std::uint32_t) 
                                        static_cast<std::uint32_t>(d.settings.truth_entries));
 }
 
-constexpr std::array features{
+constexpr std::array transport_layer_features{
     Feature{.name = "PayloadSize",
             .visibility = Visibility::expert,
             .access = Access::read_only,
@@ -278,7 +278,7 @@ constexpr std::array gige_vision_features{
 } // namespace
 
 FeatureCategory transport_layer_control() {
-    return {.name = "TransportLayerControl", .features = features};
+    return {.name = "TransportLayerControl", .features = transport_layer_features};
 }
 
 FeatureCategory gige_vision() {

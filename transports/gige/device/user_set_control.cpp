@@ -21,7 +21,7 @@ constexpr std::array user_sets{
     entry("UserSet1", 1),
 };
 
-constexpr std::array features{
+constexpr std::array user_set_features{
     Feature{.name = "UserSetSelector",
             .type = FeatureType::enumeration,
             .address = 0xA460,
@@ -52,7 +52,7 @@ constexpr std::array features{
 } // namespace
 
 FeatureCategory user_set_control() {
-    return {.name = "UserSetControl", .features = features};
+    return {.name = "UserSetControl", .features = user_set_features};
 }
 
 } // namespace obscura::transports::gige

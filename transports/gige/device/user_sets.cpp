@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/user_sets.hpp"
 
-#include "core/log.hpp"
+#include "core/realtime/log.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/regions.hpp"
 #include "transports/gige/device/sequencer_control.hpp"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/genicam/description.hpp"
 
+#include "core/text/text.hpp"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -24,22 +26,6 @@ constexpr std::string_view head = R"(<?xml version="1.0" encoding="UTF-8"?>
 )";
 constexpr std::string_view locked_node = "TLParamsLocked";
 constexpr std::string_view chunk_port = "ChunkPort";
-
-std::string escaped(std::string_view text) {
-    std::string out;
-    for (const char c : text) {
-        if (c == '&') {
-            out += "&amp;";
-        } else if (c == '<') {
-            out += "&lt;";
-        } else if (c == '>') {
-            out += "&gt;";
-        } else {
-            out += c;
-        }
-    }
-    return out;
-}
 
 /// Writes the nodes of the rows. A feature that needs a range, a lock or a conversion has its register in a
 /// node of its own, named after it.
@@ -72,7 +58,7 @@ private:
     }
     void close() { out_ += fmt::format("  </{}>\n", tag_); }
     void element(std::string_view tag, std::string_view text) {
-        out_ += fmt::format("    <{0}>{1}</{0}>\n", tag, escaped(text));
+        out_ += fmt::format("    <{0}>{1}</{0}>\n", tag, escaped_xml(text));
     }
     void element(std::string_view tag, std::int64_t number) { element(tag, fmt::format("{}", number)); }
     void element_if(std::string_view tag, std::string_view text) {
@@ -285,7 +271,7 @@ private:
         for (const FeatureEntry& e : f.entries) {
             out_ += fmt::format("    <EnumEntry Name=\"{}\" NameSpace=\"{}\">", e.name,
                                 e.custom ? "Custom" : "Standard");
-            if (!e.tooltip.empty()) out_ += fmt::format("<ToolTip>{}</ToolTip>", escaped(e.tooltip));
+            if (!e.tooltip.empty()) out_ += fmt::format("<ToolTip>{}</ToolTip>", escaped_xml(e.tooltip));
             std::string available(e.available);
             if (!f.entries_below.empty() && e.value > 0) available = availability(e);
             if (!available.empty()) out_ += fmt::format("<pIsAvailable>{}</pIsAvailable>", available);

@@ -9,7 +9,7 @@
 namespace obscura::transports::gige {
 namespace {
 
-constexpr std::string_view head = R"(# GenICam features
+constexpr std::string_view page_head = R"(# GenICam features
 
 The features of the GigE Vision camera, by category. Made from the feature table in `transports/gige/device`
 (`obscura_describe_features page`); do not edit. `*`: not in SFNC. `Name[Selector]`: one value for each item of the
@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 7> type_names{"integer", "float",  "enume
                                                      "command", "string", "integer"};
 constexpr std::array<std::string_view, 4> level_names{"", "Expert", "Guru", "Invisible"};
 
-std::string escaped(std::string_view text) {
+std::string escaped_cell(std::string_view text) {
     std::string out;
     for (const char c : text) {
         if (c == '|') out += '\\';
@@ -76,13 +76,13 @@ std::string row(const Feature& f) {
                        f.custom ? "*" : "", f.selectors[0].empty() ? "" : fmt::format("[{}]", f.selectors[0]),
                        type_names[static_cast<std::size_t>(f.type)], access(f), f.unit, range(f),
                        level_names[static_cast<std::size_t>(f.visibility)], locked ? "yes" : "",
-                       writable && own && f.in_user_set ? "yes" : "", place(f), escaped(f.tooltip));
+                       writable && own && f.in_user_set ? "yes" : "", place(f), escaped_cell(f.tooltip));
 }
 
 } // namespace
 
 std::string feature_page(std::span<const FeatureCategory> table) {
-    std::string page(head);
+    std::string page(page_head);
     for (const FeatureCategory& category : table) {
         page += fmt::format("\n## {}{}\n\n", category.name, category.custom ? "*" : "");
         page += "| Feature | Type | Access | Unit | Range | Level | Locked | User set | Register | "

@@ -2,7 +2,7 @@
 // Lazily loaded stub of Aravis: the functions that the GenICam engine calls, as in images/late_cfitsio.cpp.
 // Only the description of another camera (`gige.xml`) needs the engine. Without one, nine libraries are not
 // loaded, nor 30 MB of their character tables, which would be locked in memory.
-#include "core/late_library.hpp"
+#include "core/io/late_library.hpp"
 
 #include <arv.h>
 

@@ -21,7 +21,7 @@ enum class Chunk : std::uint8_t {
     offset_y,      ///< u32
     pixel_format,  ///< u32, PFNC
     trigger_id,    ///< u64
-    /// u32: core's FrameFlag; bits 8 and 9: state of the trigger's clock (core/frame_flags.hpp)
+    /// u32: core's FrameFlag; bits 8 and 9: state of the trigger's clock (core/camera/frame_flags.hpp)
     frame_flags,
     /// u32 count, u32 0, then 32 x {u32 x, y, width, height, image_y, flags; u64 exposure in ns: requested,
     /// least and most obtained over its rows}
@@ -40,13 +40,14 @@ enum class Chunk : std::uint8_t {
     /// the camera sends at most: u32 kind, visibility, flags (1 lit, 2 saturated), window; i32 object, item;
     /// char name[32]; f64 x, y, px of the image; u64 time, u64 exposure in ns; f64 range in m, visible share,
     /// V magnitude, irradiance in W/m2, signal and peak in electrons, SNR; f64 x, y, px, of the PSF in the
-    /// position. Kind: TruthKind, visibility: TruthVisibility (core/scene_truth.hpp); NaN: not known
+    /// position. Kind: TruthKind, visibility: TruthVisibility (core/camera/scene_truth.hpp); NaN: not known
     truth_table,
-    /// FrameQuality (core/frame_quality.hpp): u32 worst level, reasons, groups, rows of a group, bounces,
-    /// bounces asked for, rows degraded, tiles missing; f64 error rms, error of the worst group, share
-    /// without an estimate, samples: mean, median, least, share on cells wider than asked for, worst factor
-    /// of those; i64 budget, spent, margin in us; f64[10] share of the rows by level; u8[256] level of each
-    /// group; u32 instants, rows reprojected, rows repeated, 0; f64 error goal, error over detector noise
+    /// FrameQuality (core/camera/frame_quality.hpp): u32 worst level, reasons, groups, rows of a group,
+    /// bounces, bounces asked for, rows degraded, tiles missing; f64 error rms, error of the worst group,
+    /// share without an estimate, samples: mean, median, least, share on cells wider than asked for, worst
+    /// factor of those; i64 budget, spent, margin in us; f64[10] share of the rows by level; u8[256] level of
+    /// each group; u32 instants, rows reprojected, rows repeated, 0; f64 error goal, error over detector
+    /// noise
     frame_quality,
 };
 constexpr std::size_t chunk_count = 19;

@@ -2,7 +2,7 @@
 // Kinds of faults injected into stream and control, and the rules that select when they occur.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <atomic>

@@ -2,7 +2,7 @@
 // The packets of the stream protocol (GVSP): sizes, codes and header writers.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 #include "transports/gige/wire/gvcp.hpp"
 #include "transports/gige/wire/payload_part.hpp"
 

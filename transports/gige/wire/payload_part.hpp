@@ -2,7 +2,7 @@
 // One part of a multi-part payload: a sensor window or the chunks.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/camera/frame.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 // System calls that pass packets to the kernel (sendmmsg, sendto, UDP segmentation offload), and their names.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "core/text/enum_names.hpp"
 
 #include <array>
 #include <cstdint>

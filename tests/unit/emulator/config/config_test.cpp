@@ -27,6 +27,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace config_test {
+
 using namespace obscura;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
@@ -565,3 +567,5 @@ enabled = false
     const auto body = [](const std::string& s) { return s.substr(s.find('\n')); };
     CHECK(body(emulator::print_config(second)) == body(text));
 }
+
+} // namespace config_test

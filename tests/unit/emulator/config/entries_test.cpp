@@ -12,6 +12,8 @@
 #include <map>
 #include <string>
 
+namespace entries_test {
+
 using namespace obscura;
 using namespace obscura::emulator;
 
@@ -216,3 +218,5 @@ TEST_CASE("the digest is that of what the configuration does") {
     // SHA-256 of no bytes, FIPS 180-4.
     CHECK(configuration_sha256({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
+
+} // namespace entries_test

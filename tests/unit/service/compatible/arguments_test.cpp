@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+namespace arguments_test {
+
 using namespace obscura::service;
 using namespace obscura::service::compatible;
 using Catch::Matchers::ContainsSubstring;
@@ -91,3 +93,5 @@ TEST_CASE("further arguments are left alone, and optional ones may be missing", 
     CHECK_FALSE(arguments.has("targets"));
     CHECK(arguments.text("dirname") == "d");
 }
+
+} // namespace arguments_test

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+namespace codec_test {
+
 using namespace obscura::service;
 using namespace obscura::service::compatible;
 using namespace std::string_literals;
@@ -193,3 +195,5 @@ TEST_CASE("bytes at the end of a message need no copy", "[service]") {
     all.back().value = Bytes{};
     CHECK(encode(before, "image_data", 0) == encode(all));
 }
+
+} // namespace codec_test

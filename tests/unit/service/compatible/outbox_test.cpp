@@ -6,6 +6,8 @@
 
 #include <string>
 
+namespace outbox_test {
+
 using namespace obscura::service::compatible;
 using namespace std::chrono_literals;
 
@@ -159,3 +161,5 @@ TEST_CASE("lines of log are limited, and those beyond are counted", "[service]")
     const std::string sent = bench.sent();
     CHECK(sent.ends_with("[error] setSunPower, [error] 150 more lines"));
 }
+
+} // namespace outbox_test

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/simulator/simulator_protocol.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace obscura::emulator {
+namespace {
+
+constexpr double farthest_m = 1e15; // a tenth of a light year
+constexpr double fastest_m_s = 1e9; // above the speed of light, for poses in a moving frame
+constexpr double fastest_rad_s = 1e4;
+
+/// Removes the next word from the text; empty at the end. One or more blanks separate words.
+std::string_view next_word(std::string_view& rest) {
+    const std::size_t begin = rest.find_first_not_of(" \t");
+    if (begin == std::string_view::npos) return rest = {};
+    const std::size_t end = std::min(rest.find_first_of(" \t", begin), rest.size());
+    const std::string_view word = rest.substr(begin, end - begin);
+    rest.remove_prefix(end);
+    return word;
+}
+
+bool parse_number(std::string_view text, double& value) {
+    const char* const end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && rest == end && std::isfinite(value);
+}
+
+SimulatorLine parse_pose(std::string_view rest) {
+    PoseLine line;
+    line.name = next_word(rest);
+    if (line.name.empty()) return BadLine{"pose: a name is missing"};
+    if (!parse_seconds(next_word(rest), line.time))
+        return BadLine{"pose: TIME: seconds from 0 to 1e9 with up to nine decimals are wanted"};
+    std::array<double, 7> values{};
+    for (double& value : values)
+        if (!parse_number(next_word(rest), value))
+            return BadLine{"pose: X Y Z QW QX QY QZ: seven numbers are wanted"};
+    for (std::size_t i = 0; i < 3; ++i)
+        if (std::abs(values[i]) > farthest_m) return BadLine{"pose: position: allowed are -1e15 to 1e15 m"};
+    line.pose.position_m = {values[0], values[1], values[2]};
+    const Quat q{values[3], values[4], values[5], values[6]};
+    if (!(std::abs(norm(q) - 1) <= 1e-3))
+        return BadLine{"pose: quaternion: a length of 1 within 1e-3 is wanted"};
+    line.pose.orientation = normalized(q);
+    std::string_view word = next_word(rest);
+    if (word.empty()) return line;
+    std::array<double, 6> rates{};
+    for (double& rate : rates) {
+        if (!parse_number(word, rate))
+            return BadLine{"pose: VX VY VZ WX WY WZ: six numbers are wanted, or none"};
+        word = next_word(rest);
+    }
+    if (!word.empty()) return BadLine{"pose: more words than NAME TIME X Y Z QW QX QY QZ VX VY VZ WX WY WZ"};
+    const PoseRates stated{{rates[0], rates[1], rates[2]}, {rates[3], rates[4], rates[5]}};
+    if (!(length(stated.velocity_m_s) <= fastest_m_s))
+        return BadLine{"pose: velocity: allowed is up to 1e9 m/s"};
+    if (!(length(stated.rate_rad_s) <= fastest_rad_s))
+        return BadLine{"pose: rotation rate: allowed is up to 1e4 rad/s"};
+    line.rates = stated;
+    return line;
+}
+
+} // namespace
+
+bool parse_seconds(std::string_view text, Time& time) noexcept {
+    const std::size_t point = std::min(text.find('.'), text.size());
+    const std::string_view whole = text.substr(0, point);
+    const std::string_view fraction = point == text.size() ? std::string_view{} : text.substr(point + 1);
+    if (whole.empty() || whole.size() > 9 || fraction.size() > 9) return false;
+    std::int64_t ns = 0;
+    for (const std::string_view part : {whole, fraction})
+        for (const char c : part) {
+            if (c < '0' || c > '9') return false;
+            ns = 10 * ns + (c - '0');
+        }
+    for (std::size_t i = fraction.size(); i < 9; ++i)
+        ns *= 10;
+    time = Time{ns};
+    return true;
+}
+
+std::string seconds_text(Time time) {
+    return fmt::format("{}.{:09}", time.ns / ns_per_s, time.ns % ns_per_s);
+}
+
+SimulatorLine parse_simulator_line(std::string_view line) {
+    if (line.size() > simulator_line_bytes)
+        return BadLine{fmt::format("a line has at most {} bytes", simulator_line_bytes)};
+    std::string_view rest = line;
+    const std::string_view command = next_word(rest);
+    if (command == "pose") return parse_pose(rest);
+    if (command == "step") {
+        StepLine step;
+        if (!parse_seconds(next_word(rest), step.time) || !next_word(rest).empty())
+            return BadLine{"step: TIME: seconds from 0 to 1e9 with up to nine decimals are wanted"};
+        return step;
+    }
+    if (command == "state" && next_word(rest).empty()) return StateLine{};
+    if (command == "token") return TokenLine{next_word(rest)};
+    return BadLine{"unknown command, allowed are pose, step and state"};
+}
+
+} // namespace obscura::emulator

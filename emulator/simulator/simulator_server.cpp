@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/simulator/simulator_server.hpp"
+
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/realtime/log.hpp"
+#include "core/realtime/realtime.hpp"
+#include "emulator/camera/frame_outcome.hpp"
+#include "sync/inputs/ipv4_endpoint.hpp"
+
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+constexpr std::size_t most_clients = 8;
+constexpr std::size_t most_input = 16 * simulator_line_bytes; // input buffered while a step is in progress
+constexpr std::int64_t patience_ns = 60 * ns_per_s;           // longest wait for one frame
+constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // longest wait for a busy camera
+
+/// Longest time without a proof: the places of clients are few.
+constexpr std::chrono::seconds admission_time{5};
+
+std::string explain_unknown_name(const PoseRings& rings) {
+    std::string names;
+    for (const auto& [name, unused] : rings)
+        names += (names.empty() ? "" : ", ") + name;
+    return fmt::format("pose: nothing in the scene has that name, allowed are {}", names);
+}
+
+/// About the last frame, for the end of an answer.
+std::string quality_words(const QualityCounters& q) {
+    return fmt::format("level={} error={:.5f} rows_degraded={} reasons={} margin_us={}",
+                       name_of(q.last_level), q.last_error, q.last_rows_degraded, q.last_reasons,
+                       q.last_margin_us);
+}
+
+} // namespace
+
+PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s) {
+    PoseRings rings;
+    const auto attach = [&](const std::string& name, scene::Motion& motion) {
+        if (name.empty() || rings.contains(name)) return;
+        auto ring = std::make_shared<PoseRing>(max_extrapolation_s);
+        motion.live = ring;
+        rings.emplace(name, std::move(ring));
+    };
+    attach("camera", scene.camera.motion);
+    for (scene::Body& body : scene.bodies)
+        attach(body.name, body.motion);
+    for (scene::Lamp& lamp : scene.lamps)
+        attach(lamp.name, lamp.motion);
+    return rings;
+}
+
+SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock,
+                                 const RenderScheduling& render, const std::optional<service::Token>& token)
+    : listen_(std::move(listen)),
+      rings_(std::move(rings)),
+      unknown_name_(explain_unknown_name(rings_)),
+      camera_(camera),
+      clock_(clock),
+      scheduling_(render) {
+    if (scheduling_.has_priority()) ++scheduling_.priority;
+    if (token) tokens_.add(service::Permission::scene, *token);
+}
+
+SimulatorServer::~SimulatorServer() {
+    stop();
+}
+
+void SimulatorServer::start() {
+    sockaddr_in address = sync::parse_ipv4_endpoint("simulator.listen", listen_, 0, "127.0.0.1:5003");
+    const auto* const name = reinterpret_cast<const sockaddr*>(&address);
+    const auto fail = [this] {
+        throw HardwareError(fmt::format("simulator.listen: {}: {}", listen_, std::strerror(errno)));
+    };
+    tcp_ = FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    const int on = 1;
+    if (!tcp_) fail();
+    ::setsockopt(tcp_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    if (::bind(tcp_.get(), name, sizeof address) != 0 || ::listen(tcp_.get(), 4) != 0) fail();
+    socklen_t size = sizeof address;
+    ::getsockname(tcp_.get(), reinterpret_cast<sockaddr*>(&address), &size);
+    port_ = ntohs(address.sin_port);
+    // A datagram cannot prove who sends it.
+    if (tokens_.empty()) {
+        udp_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+        if (!udp_ || ::bind(udp_.get(), name, sizeof address) != 0) fail();
+    }
+    wake_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+    if (!wake_) fail();
+    stopping_ = false;
+    handed_over_.open();
+    thread_ = std::thread([this] { work(); });
+}
+
+void SimulatorServer::stop() {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    wake();
+    thread_.join();
+    handed_over_.close();
+    heartbeat_.rest();
+    clients_.clear();
+    step_ = {};
+    for (FileDescriptor* fd : {&tcp_, &udp_, &wake_})
+        *fd = FileDescriptor();
+}
+
+void SimulatorServer::wake() const {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const ssize_t written = ::write(wake_.get(), &one, sizeof one);
+}
+
+FileDescriptor SimulatorServer::connect() {
+    int ends[2] = {-1, -1};
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) != 0) return {};
+    FileDescriptor own(ends[0]), other(ends[1]);
+    const bool taken = handed_over_.run([&] { add_client(std::move(own), true); }, [this] { wake(); });
+    return taken ? std::move(other) : FileDescriptor();
+}
+
+void SimulatorServer::step_with(sync::SoftwareTrigger* source) {
+    source_ = source;
+    // Wait until the server thread has finished firing the old source.
+    while (stepping_)
+        std::this_thread::yield();
+}
+
+SimulatorCounters SimulatorServer::counters() const noexcept {
+    return {connections_.load(), poses_.load(), steps_.load(), refused_.load()};
+}
+
+void SimulatorServer::work() {
+    name_this_thread(heartbeat_.name().c_str());
+    if (scheduling_.has_priority()) schedule_this_thread(scheduling_);
+    while (!stopping_) {
+        heartbeat_.beat();
+        std::vector<pollfd> watched{
+            {wake_.get(), POLLIN, 0}, {tcp_.get(), POLLIN, 0}, {udp_.get(), POLLIN, 0}};
+        for (const auto& client : clients_) {
+            // Stop reading from a client whose input buffer is full.
+            const bool full = client->input.size() >= most_input;
+            watched.push_back({client->fd.get(), static_cast<short>(full ? 0 : POLLIN), 0});
+        }
+        const bool in_step = step_.client != nullptr;
+        const timespec limit{0, in_step ? 500 * ns_per_us : Heartbeat::longest_wait_ns};
+        if (::ppoll(watched.data(), watched.size(), &limit, nullptr) < 0 && errno != EINTR) break;
+        std::uint64_t rings = 0;
+        if (watched[0].revents != 0 && ::read(wake_.get(), &rings, sizeof rings) < 0) rings = 0;
+        if (watched[2].revents != 0) receive_datagrams();
+        for (std::size_t i = 0; i < clients_.size(); ++i)
+            if (watched[3 + i].revents != 0) receive(*clients_[i]);
+        if (watched[1].revents != 0) accept_client();
+        if (rings != 0) handed_over_.serve();
+        go_on_with_step();
+        for (const auto& client : clients_) {
+            admit(*client);
+            handle_lines(*client);
+        }
+        std::erase_if(clients_, [this](const std::unique_ptr<Client>& client) {
+            if (client->gone && step_.client == client.get()) step_ = {};
+            return client->gone;
+        });
+    }
+}
+
+void SimulatorServer::accept_client() {
+    sockaddr_in from{};
+    socklen_t from_bytes = sizeof from;
+    FileDescriptor fd(
+        ::accept4(tcp_.get(), reinterpret_cast<sockaddr*>(&from), &from_bytes, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!fd) return;
+    const auto remote = std::count_if(clients_.begin(), clients_.end(),
+                                      [](const auto& client) { return !client->of_this_process; });
+    if (static_cast<std::size_t>(remote) >= most_clients) {
+        refused_.fetch_add(1);
+        return;
+    }
+    const auto set = [&fd](int level, int option, int value) {
+        ::setsockopt(fd.get(), level, option, &value, sizeof value);
+    };
+    set(IPPROTO_TCP, TCP_NODELAY, 1);
+    // A machine that has gone without a word must not hold one of the few connections for ever.
+    set(SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(IPPROTO_TCP, TCP_KEEPIDLE, 10); // s
+    set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
+    set(IPPROTO_TCP, TCP_KEEPCNT, 4);
+    add_client(std::move(fd), false);
+    clients_.back()->peer = fmt::format("{:08x}", ntohl(from.sin_addr.s_addr));
+}
+
+void SimulatorServer::add_client(FileDescriptor fd, bool of_this_process) {
+    connections_.fetch_add(1);
+    clients_.push_back(std::make_unique<Client>());
+    clients_.back()->fd = std::move(fd);
+    clients_.back()->of_this_process = of_this_process;
+    std::string greeting = "obscura simulator 1";
+    if (!tokens_.empty() && !of_this_process) {
+        clients_.back()->challenge = service::make_challenge();
+        clients_.back()->admit_by = service::Tokens::Clock::now() + admission_time;
+        greeting += " challenge=" + clients_.back()->challenge;
+    }
+    answer(*clients_.back(), greeting);
+}
+
+void SimulatorServer::receive(Client& client) {
+    std::array<char, 4096> bytes;
+    const ssize_t n = ::recv(client.fd.get(), bytes.data(), bytes.size(), 0);
+    if (n > 0)
+        client.input.append(bytes.data(), static_cast<std::size_t>(n));
+    else if (n == 0 || (errno != EAGAIN && errno != EINTR))
+        client.gone = true;
+}
+
+void SimulatorServer::receive_datagrams() {
+    // Read a bounded number at a time, so that a flood does not block other clients.
+    for (int i = 0; i < 64; ++i) {
+        std::array<char, 65536> bytes;
+        const ssize_t n = ::recv(udp_.get(), bytes.data(), bytes.size(), 0);
+        if (n < 0) return;
+        heartbeat_.beat(); // datagrams full of refused lines take their time
+        std::string_view rest(bytes.data(), static_cast<std::size_t>(n));
+        while (!rest.empty()) {
+            const std::size_t end = std::min(rest.find('\n'), rest.size());
+            const SimulatorLine line = parse_simulator_line(rest.substr(0, end));
+            rest.remove_prefix(std::min(end + 1, rest.size()));
+            const auto* pose = std::get_if<PoseLine>(&line);
+            const auto* bad = std::get_if<BadLine>(&line);
+            const std::string why = pose != nullptr  ? take_pose(*pose)
+                                    : bad != nullptr ? bad->why
+                                                     : "only poses come by UDP";
+            if (why.empty()) continue;
+            refused_.fetch_add(1);
+            if (!std::exchange(bad_datagram_reported_, true))
+                log_warning("simulator: datagram refused: {}; further ones are only counted", why);
+        }
+    }
+}
+
+void SimulatorServer::handle_lines(Client& client) {
+    while (!client.gone && step_.client != &client && client.proof.empty()) {
+        const std::size_t end = client.input.find('\n');
+        if (end == std::string::npos) {
+            if (client.input.size() > simulator_line_bytes) {
+                refuse(client, fmt::format("a line has at most {} bytes", simulator_line_bytes));
+                client.gone = true;
+            }
+            return;
+        }
+        std::string line = client.input.substr(0, end);
+        client.input.erase(0, end + 1);
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        if (!line.empty()) handle(client, line);
+    }
+}
+
+void SimulatorServer::handle(Client& client, std::string_view text) {
+    const SimulatorLine line = parse_simulator_line(text);
+    if (!client.challenge.empty()) return take_proof(client, line);
+    if (const auto* pose = std::get_if<PoseLine>(&line)) {
+        if (const std::string why = take_pose(*pose); !why.empty()) refuse(client, why);
+    } else if (const auto* step = std::get_if<StepLine>(&line)) {
+        begin_step(client, step->time);
+    } else if (std::holds_alternative<StateLine>(line)) {
+        answer(client, state_line());
+    } else if (std::holds_alternative<TokenLine>(line)) {
+        refuse(client, "token: none is wanted");
+    } else {
+        refuse(client, std::get<BadLine>(line).why);
+    }
+}
+
+void SimulatorServer::take_proof(Client& client, const SimulatorLine& line) {
+    if (const auto* const token = std::get_if<TokenLine>(&line)) {
+        client.proof = token->proof;
+        const auto now = service::Tokens::Clock::now();
+        client.proof_due = now + tokens_.delay(client.peer, now);
+        return admit(client);
+    }
+    refuse(client, "token: the first line is \"token PROOF\"");
+    client.gone = true;
+}
+
+void SimulatorServer::admit(Client& client) {
+    if (client.challenge.empty() || client.gone) return;
+    const auto now = service::Tokens::Clock::now();
+    if (client.proof.empty()) {
+        client.gone = now > client.admit_by;
+        return;
+    }
+    if (now < client.proof_due) return;
+    if (tokens_.permission_of(client.challenge, std::exchange(client.proof, {}), client.peer, now)) {
+        client.challenge.clear();
+        answer(client, "welcome");
+    } else {
+        refuse(client, "token: not the one of this camera");
+        client.gone = true;
+    }
+}
+
+std::string SimulatorServer::take_pose(const PoseLine& line) {
+    const auto ring = rings_.find(line.name);
+    if (ring == rings_.end()) return unknown_name_;
+    if (!ring->second->push(to_seconds(line.time.ns), line.pose, line.rates))
+        return "pose: TIME: not later than the pose before";
+    poses_.fetch_add(1);
+    return {};
+}
+
+void SimulatorServer::begin_step(Client& client, Time scene) {
+    if (source_.load() == nullptr) return refuse(client, "step: trigger.source is not \"lockstep\"");
+    if (!camera_.acquiring()) return refuse(client, "step: the camera does not acquire");
+    if (step_.client != nullptr) return refuse(client, "step: another client's step is in progress");
+    if (scene <= client.last_step) return refuse(client, "step: TIME: not later than the step before");
+    client.last_step = scene;
+    step_ = {&client, scene, clock_.now() + readiness_ns, std::nullopt};
+    go_on_with_step();
+}
+
+void SimulatorServer::go_on_with_step() {
+    if (step_.client == nullptr) return;
+    Client& client = *step_.client;
+    const Time now = clock_.now();
+    const auto end = [this] { step_.client = nullptr; };
+    if (!step_.before) {
+        if (camera_.ready_for_line0(now)) {
+            step_.before = camera_.counters();
+            step_.give_up = now + patience_ns;
+            stepping_ = true;
+            sync::SoftwareTrigger* source = source_.load();
+            const bool fired = source != nullptr && source->fire(now, step_.scene);
+            stepping_ = false;
+            if (fired) return;
+            end();
+            refuse(client, "step: trigger.source is not \"lockstep\" any more");
+        } else if (now > step_.give_up || !camera_.acquiring()) {
+            end();
+            refuse(client, camera_.acquiring() ? "step: the camera is not ready or listens to another source"
+                                               : "step: the camera does not acquire");
+        }
+        return;
+    }
+    const CameraCounters after = camera_.counters();
+    if (ended_edges(after) == ended_edges(*step_.before)) {
+        if (now <= step_.give_up) return;
+        end();
+        return refuse(client, "step: the frame does not come");
+    }
+    steps_.fetch_add(1);
+    const CameraCounters before = *step_.before;
+    end();
+    answer(client, fmt::format("frame {} {} {} {} {}", camera_.moments().frame_id, seconds_text(step_.scene),
+                               outcome_of(before, after), after.late_rows - before.late_rows,
+                               quality_words(after.quality)));
+}
+
+std::string SimulatorServer::state_line() const {
+    const CameraCounters c = camera_.counters();
+    return fmt::format("state acquiring={} ready={} lockstep={} frames={} missed={} degraded={} failed={} {}",
+                       camera_.acquiring() ? 1 : 0, camera_.ready_for_line0(clock_.now()) ? 1 : 0,
+                       source_.load() != nullptr ? 1 : 0, c.frames, c.missed_triggers, c.quality.degraded,
+                       c.quality.failed, quality_words(c.quality));
+}
+
+void SimulatorServer::answer(Client& client, const std::string& line) {
+    const std::string text = line + "\n";
+    const ssize_t sent = ::send(client.fd.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent != static_cast<ssize_t>(text.size())) client.gone = true;
+}
+
+void SimulatorServer::refuse(Client& client, const std::string& why) {
+    refused_.fetch_add(1);
+    answer(client, "error " + why);
+}
+
+} // namespace obscura::emulator

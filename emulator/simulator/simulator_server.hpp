@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// TCP and UDP server for an external simulator: poses of camera, bodies and lamps, and lockstep of frames.
+#pragma once
+
+#include "core/io/file_descriptor.hpp"
+#include "core/realtime/heartbeat.hpp"
+#include "core/realtime/work_queue.hpp"
+#include "core/time.hpp"
+#include "emulator/camera/camera.hpp"
+#include "emulator/render/pose_ring.hpp"
+#include "emulator/render/render_scheduling.hpp"
+#include "emulator/simulator/simulator_protocol.hpp"
+#include "service/tokens.hpp"
+#include "sync/software.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// Pose rings by the names of bodies and lamps in the scene; "camera" is the camera.
+using PoseRings = std::map<std::string, std::shared_ptr<PoseRing>, std::less<>>;
+
+/// Attaches a ring to the camera and to every named body and lamp in `scene`; of two with the same name, to
+/// the first.
+[[nodiscard]] PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s);
+
+struct SimulatorCounters {
+    std::uint64_t connections = 0, poses = 0, steps = 0;
+    std::uint64_t refused = 0; ///< lines and connections refused
+};
+
+/// TCP carries lines in both directions, UDP on the same port poses only; with a token there is no UDP, and
+/// the first line of a connection proves the token. It has a thread of its own. An
+/// invalid line is answered with an error line; a client that does not read its answers is disconnected. A
+/// step triggers a frame as soon as the camera is ready, and is answered when that frame's last row has been
+/// released, or when the frame has failed.
+class SimulatorServer {
+public:
+    /// `camera` and `clock` must outlive the server. `listen` is "ADDRESS:PORT"; port 0: any.
+    /// `token` of clients that come over the network; none: they need none.
+    /// `render`: how the camera's frames are rendered. Where that goes before ordinary programs, so does the
+    /// thread of this server, before rendering: poses that wait for it would come too late for the frame.
+    SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock,
+                    const RenderScheduling& render = {}, const std::optional<service::Token>& token = {});
+    ~SimulatorServer();
+    SimulatorServer(const SimulatorServer&) = delete;
+    SimulatorServer& operator=(const SimulatorServer&) = delete;
+
+    /// Throws HardwareError or ConfigError.
+    void start();
+    void stop();
+    /// A connection of this process, beside those of the network. Empty: the server is not started.
+    /// Thread-safe; not after stop() has begun.
+    [[nodiscard]] FileDescriptor connect();
+    /// Sets the trigger source of steps; null: steps are refused. `source` must outlive the next call.
+    void step_with(sync::SoftwareTrigger* source);
+
+    [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
+    [[nodiscard]] SimulatorCounters counters() const noexcept;
+
+private:
+    struct Client {
+        FileDescriptor fd;
+        std::string input;
+        bool gone = false;
+        bool of_this_process = false;
+        std::string challenge; ///< empty: nothing is to be proved, or has been
+        std::string proof;     ///< waits until it is looked at
+        std::string peer;      ///< address of its machine
+        service::Tokens::Clock::time_point proof_due, admit_by;
+        Time last_step{-1}; ///< scene time of the last step of this connection
+    };
+    /// The step in progress.
+    struct Step {
+        Client* client = nullptr;
+        Time scene, give_up;
+        std::optional<CameraCounters> before; ///< set when triggered
+    };
+
+    void work();
+    void wake() const;
+    void accept_client();
+    void add_client(FileDescriptor fd, bool of_this_process);
+    void receive(Client& client);
+    void receive_datagrams();
+    void handle_lines(Client& client);
+    void handle(Client& client, std::string_view line);
+    /// Line of a client that has not proved the token: takes the proof, or disconnects it.
+    void take_proof(Client& client, const SimulatorLine& line);
+    /// Looks at a proof whose time has come, and disconnects a client that takes too long for one.
+    void admit(Client& client);
+    /// Adds the pose to its ring. Returns empty, or the reason why it was refused.
+    std::string take_pose(const PoseLine& line);
+    void begin_step(Client& client, Time scene);
+    void go_on_with_step();
+    void answer(Client& client, const std::string& line);
+    [[nodiscard]] std::string state_line() const;
+    void refuse(Client& client, const std::string& why);
+
+    const std::string listen_;
+    const PoseRings rings_;
+    const std::string unknown_name_; ///< answer to a pose of something that the scene does not have
+    Camera& camera_;
+    const Clock& clock_;
+    RenderScheduling scheduling_;
+    service::Tokens tokens_; ///< empty: everybody may send lines
+    std::atomic<sync::SoftwareTrigger*> source_{nullptr};
+    std::atomic<bool> stopping_{false}, stepping_{false};
+    FileDescriptor tcp_, udp_, wake_;
+    WorkQueue handed_over_; ///< connections of this process
+    std::uint16_t port_ = 0;
+    std::vector<std::unique_ptr<Client>> clients_;
+    Step step_;
+    bool bad_datagram_reported_ = false;
+    std::atomic<std::uint64_t> connections_{0}, poses_{0}, steps_{0}, refused_{0};
+    Heartbeat heartbeat_{"simulator"};
+    std::thread thread_;
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/unit/reload.hpp"
+
+#include "config/document.hpp"
+#include "core/fnv.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+
+namespace obscura::emulator {
+namespace {
+
+using Values = std::map<std::string, std::string>;
+
+std::string scalar_text(const config::Value& value) {
+    switch (value.kind) {
+    case config::Value::Kind::boolean:
+        return value.boolean ? "true" : "false";
+    case config::Value::Kind::integer:
+        return fmt::format("{}", value.integer);
+    case config::Value::Kind::real:
+        return fmt::format("{}", value.real);
+    default:
+        return value.string;
+    }
+}
+
+// All values by name: "gige.port", "camera[1].gige.faults[0].kind". A list of scalars is one value.
+void flatten(const config::Value& value, const std::string& name, Values& values) {
+    using Kind = config::Value::Kind;
+    if (value.kind == Kind::table) {
+        for (const config::Member& member : value.members)
+            flatten(member.value, name.empty() ? member.key : name + "." + member.key, values);
+    } else if (value.kind == Kind::array) {
+        for (std::size_t i = 0; i < value.items.size(); ++i) {
+            const Kind kind = value.items[i].kind;
+            if (kind == Kind::table || kind == Kind::array)
+                flatten(value.items[i], fmt::format("{}[{}]", name, i), values);
+            else
+                values[name] += scalar_text(value.items[i]) + '\0';
+        }
+    } else {
+        values[name] = scalar_text(value);
+    }
+}
+
+Values values_of(const emulator::DaemonConfig& config) {
+    Values values;
+    flatten(config::parse_text(emulator::print_config(config), "effective configuration"), "", values);
+    return values;
+}
+
+} // namespace
+
+std::vector<std::string> changed_keys(const emulator::DaemonConfig& before,
+                                      const emulator::DaemonConfig& after) {
+    const auto old_values = values_of(before), new_values = values_of(after);
+    std::vector<std::string> changed;
+    for (const auto& [key, value] : new_values) {
+        const auto old = old_values.find(key);
+        if (old == old_values.end() || old->second != value) changed.push_back(key);
+    }
+    for (const auto& [key, value] : old_values)
+        if (new_values.find(key) == new_values.end()) changed.push_back(key);
+    return changed;
+}
+
+std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
+    std::ifstream in(scene_file, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    std::uint64_t print = fnv1a(text);
+    // Any quoted text may be a file name.
+    for (std::size_t begin = text.find('"'); begin != std::string::npos; begin = text.find('"', begin)) {
+        const std::size_t end = text.find('"', begin + 1);
+        if (end == std::string::npos) break;
+        const std::filesystem::path file = scene_file.parent_path() / text.substr(begin + 1, end - begin - 1);
+        std::error_code error;
+        if (std::filesystem::is_regular_file(file, error)) {
+            const auto size = std::filesystem::file_size(file, error);
+            const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
+            print = fnv1a(fmt::format("{} {}", size, written), print);
+        }
+        begin = end + 1;
+    }
+    return text.empty() ? 0 : print;
+}
+
+} // namespace obscura::emulator

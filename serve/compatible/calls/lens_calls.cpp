@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands of the camera's models: projection, focus, motion, times of the rows, wavelengths of the channels.
+// The published program has them in files that are not public; the names and parameters here are ours.
+#include "renderer/scene/trajectory.hpp"
+#include "serve/compatible/handlers.hpp"
+#include "serve/compatible/parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace obscura::serve::compatible {
+namespace {
+
+void load_projection(Request& r) {
+    const std::string& file = r.arguments.text("filename");
+    const auto projection =
+        file.empty() ? scene::Projection::pinhole : enum_named<scene::Projection>(model_name(file));
+    if (!projection)
+        throw r.arguments.refused(
+            "filename",
+            fmt::format("\"{}\" is no built-in model, and model files are not read",
+                        config::printable(file, 60)),
+            fmt::format("{}, with any ending", fmt::join(names_of_enum<scene::Projection>(), ", ")));
+    PictureLens lens{*projection, {}};
+    Parameters parameters(r);
+    constexpr std::array names{"k1", "k2", "k3", "p1", "p2"};
+    for (std::size_t i = 0; i < names.size(); ++i)
+        lens.distortion[i] = parameters.number(names[i], 0, -1e6, 1e6);
+    parameters.check_rest();
+    const double half_rad = std::max(r.door.camera.fov_x_rad, r.door.camera.fov_y_rad) / 2;
+    if (half_rad >= lens.most_angle_rad())
+        throw r.arguments.refused("filename",
+                                  fmt::format("the field of view of {} rad is too wide for it", 2 * half_rad),
+                                  fmt::format("less than {} rad", 2 * lens.most_angle_rad()));
+    r.door.camera.lens = lens;
+}
+
+void set_focus(Request& r) {
+    // Whether cameras that look along -z have negative distances is not known.
+    const double focus_m = std::abs(r.arguments.number("focus_plane_Z", -1e12, 1e12));
+    const double radius_m = r.arguments.number("pupil_radius", 0, 100);
+    const bool sharp = focus_m == 0 || radius_m == 0;
+    r.door.camera.focus_m = sharp ? 0 : focus_m;
+    r.door.camera.pupil_radius_m = sharp ? 0 : radius_m;
+}
+
+void load_motion(Request& r) {
+    const std::string& file = r.arguments.text("filename");
+    Parameters parameters(r);
+    parameters.check_rest();
+    if (file.empty()) return r.door.camera.motion.clear();
+    if (!file.ends_with(".csv"))
+        throw r.arguments.refused(
+            "filename", fmt::format("\"{}\": model files are not read", config::printable(file, 60)),
+            fmt::format("a table .csv of {}", scene::trajectory_columns));
+    r.door.camera.motion = scene::read_trajectory(r.door.files.existing(file)).samples;
+}
+
+void load_time_sampling(Request& r) {
+    const std::string& file = r.arguments.text("filename");
+    const std::string name = model_name(file);
+    Parameters parameters(r);
+    double line_s = 0;
+    if (name == "rolling_shutter")
+        line_s = parameters.number("line_addressing_time", 0, 0, 1e3);
+    else if (!file.empty() && name != "global_shutter")
+        throw r.arguments.refused("filename",
+                                  fmt::format("\"{}\" is no built-in model, and model files are not read",
+                                              config::printable(file, 60)),
+                                  "global_shutter, rolling_shutter, with any ending");
+    parameters.check_rest();
+    r.door.camera.line_s = line_s;
+}
+
+void load_spectrum(Request& r) {
+    const std::string& file = r.arguments.text("filename");
+    if (file.empty()) {
+        r.door.bands = usual_bands;
+        return;
+    }
+    if (model_name(file) != "bands")
+        throw r.arguments.refused("filename",
+                                  fmt::format("\"{}\" is no built-in model, and model files are not read",
+                                              config::printable(file, 60)),
+                                  "bands, with any ending");
+    Parameters parameters(r);
+    std::array<std::vector<double>, 2> edges;
+    for (const auto& [name, numbers] : {std::pair{"from", &edges[0]}, std::pair{"to", &edges[1]}}) {
+        const Value* const value = parameters.value(name);
+        if (value == nullptr || !to_numbers(*value, *numbers) || numbers->size() != channels)
+            throw r.arguments.refused("parameters", name, "4 wavelengths in m");
+    }
+    std::array<ChannelBand, channels> bands{};
+    for (std::size_t c = 0; c < channels; ++c) {
+        bands[c] = {edges[0][c] * 1e9, edges[1][c] * 1e9};
+        if (!(bands[c].from_nm >= 200 && bands[c].to_nm <= 4000 && bands[c].to_nm - bands[c].from_nm >= 1))
+            throw r.arguments.refused("parameters", fmt::format("from {} to {} m", edges[0][c], edges[1][c]),
+                                      "200e-9 to 4000e-9 m, at least 1e-9 m wide");
+    }
+    parameters.check_rest();
+    r.door.bands = bands;
+}
+
+} // namespace
+
+void add_lens_calls(Handlers& handlers) {
+    handlers["loadProjectionModel"] = load_projection;
+    handlers["setFocus"] = set_focus;
+    handlers["loadMotionModel"] = load_motion;
+    handlers["loadTimeSamplingModel"] = load_time_sampling;
+    handlers["loadSpectrumModel"] = load_spectrum;
+}
+
+} // namespace obscura::serve::compatible

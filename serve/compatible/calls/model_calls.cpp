@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that create models by name: BRDFs and shapes. Built-in ones stand for the model files of the
+// published program, which are not public.
+#include "serve/compatible/handlers.hpp"
+#include "serve/compatible/objects.hpp"
+#include "serve/compatible/parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace obscura::serve::compatible {
+namespace {
+
+using nlohmann::json;
+
+json list_of_numbers(const Channels& values) {
+    return json(values);
+}
+
+json reflection_of(Request& r, const std::string& name, Parameters& parameters) {
+    const auto albedo = [&](double otherwise) { return parameters.channels_of("albedo", otherwise, 1); };
+    if (name == "mate" || name == "lambert")
+        return {{"material", "lambert"}, {"albedo", 1.0}, {"colour", list_of_numbers(albedo(1))}};
+    if (name == "hapke") return {{"material", "moon"}, {"colour", list_of_numbers(albedo(1))}};
+    if (name == "oren_nayar") {
+        const double slope_deg = parameters.number("sigma", 0.3, 0, 1) * 180 / std::numbers::pi;
+        return {{"material", "oren-nayar"},
+                {"albedo", 1.0},
+                {"slope_deg", std::min(slope_deg, 57.29)},
+                {"colour", list_of_numbers(albedo(1))}};
+    }
+    if (name == "phong")
+        return {{"material", "phong"},
+                {"diffuse", parameters.number("diffuse", 0.5, 0, 1)},
+                {"specular", parameters.number("specular", 0.5, 0, 1)},
+                {"exponent", parameters.number("shininess", 20, 0, 1e5)}};
+    if (name == "mirror")
+        return {{"material", "mirror"}, {"reflectance", parameters.number("albedo", 1, 0, 1)}};
+    // Textures as radiances, without any light.
+    if (name == "raw" || name == "sun")
+        return {{"material", "lambert"},
+                {"albedo", 0.0},
+                {"emission_w_m2_sr", list_of_numbers(parameters.channels_of("emission", 1, 1e15))}};
+    throw r.arguments.refused(
+        "filename",
+        fmt::format("\"{}\" is no built-in model, and model files are not read", config::printable(name, 60)),
+        "mate.brdf, hapke.brdf, oren_nayar.brdf, phong.brdf, mirror.brdf, raw.brdf, sun.brdf");
+}
+
+Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
+    constexpr double least = 1e-6, most = 1e12;
+    if (name == "sphere") {
+        const double radius_m = parameters.number("radius", 1, least, most);
+        return {{{"shape", "ellipsoid"}, {"radii_m", {radius_m, radius_m, radius_m}}}, radius_m};
+    }
+    if (name == "spheroid" || name == "ellipsoid") {
+        const double all = parameters.number("radius", 1, least, most);
+        double x = parameters.number("radius_x", parameters.number("a", all, least, most), least, most);
+        double y = parameters.number("radius_y", parameters.number("b", x, least, most), least, most);
+        double z = parameters.number(
+            "radius_z",
+            parameters.number("c", name == "spheroid" && parameters.value("b") != nullptr ? y : all, least,
+                              most),
+            least, most);
+        if (name == "spheroid") {
+            // Two radii: that of the equator and that of the poles.
+            x = y = parameters.number("equatorial_radius", x, least, most);
+            z = parameters.number("polar_radius", z, least, most);
+        }
+        return {{{"shape", "ellipsoid"}, {"radii_m", {x, y, z}}}, std::cbrt(x * y * z)};
+    }
+    throw r.arguments.refused(
+        "filename",
+        fmt::format("\"{}\" is no built-in model, and model files are not read", config::printable(name, 60)),
+        "sphere.shp, spheroid.shp, ellipsoid.shp");
+}
+
+} // namespace
+
+void add_model_calls(Handlers& handlers) {
+    handlers["createBRDF"] = [](Request& r) {
+        Parameters parameters(r, "albedo");
+        Model model{reflection_of(r, model_name(r.arguments.text("filename")), parameters)};
+        parameters.check_rest();
+        put(r.door.reflections, r.arguments, "name", std::move(model));
+    };
+    handlers["createShape"] = [](Request& r) {
+        Parameters parameters(r, "radius");
+        Model model = shape_of(r, model_name(r.arguments.text("filename")), parameters);
+        parameters.check_rest();
+        put(r.door.shapes, r.arguments, "name", std::move(model));
+    };
+}
+
+} // namespace obscura::serve::compatible

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that create objects, place them and ask for them.
+#include "serve/compatible/handlers.hpp"
+#include "serve/compatible/objects.hpp"
+#include "serve/compatible/stand_ins.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace obscura::serve::compatible {
+namespace {
+
+using service::compatible::Fields;
+
+constexpr double farthest_m = 1e15;
+
+Object& named(Request& r, std::string_view argument = "object_name") {
+    return r.door.object(r.arguments.text(argument), r.command.name);
+}
+
+/// Adds the files of the textures diffuse, specular, emission, normal; missing and empty ones are white.
+void add_textures(Request& r, Object& body) {
+    nlohmann::json& keys = body.keys;
+    const Value& given = r.arguments.value("textures");
+    std::vector<std::string> names;
+    if (const List* const list = given.as<List>())
+        for (const Value& value : *list) {
+            const auto* const name = value.as<std::string>();
+            if (name == nullptr && value.as<std::monostate>() == nullptr)
+                throw r.arguments.refused("textures", "holds what is no name", "names of files");
+            names.push_back(name == nullptr ? "" : *name);
+        }
+    else if (const auto* const name = given.as<std::string>())
+        names.push_back(*name);
+    names.resize(texture_units);
+    for (int unit = 0; unit < texture_units; ++unit)
+        if (const std::string& name = names[static_cast<std::size_t>(unit)]; r.door.textures.contains(name))
+            body.worn_textures[unit] = name;
+    if (!names[1].empty()) r.reply.warn("createBody: textures: a specular texture has no effect");
+    for (const auto& [index, key] : {std::pair{0, "albedo_texture"}, std::pair{3, "normal_texture"}})
+        if (const std::string& name = names[static_cast<std::size_t>(index)]; !name.empty())
+            keys[key] = texture_file(r, name);
+    // A material that shines has its picture in the light that it sends out.
+    if (keys.contains("emission_w_m2_sr")) {
+        if (keys.contains("albedo_texture")) keys["emission_texture"] = keys["albedo_texture"];
+        keys.erase("albedo_texture");
+    }
+    if (names[2].empty()) return;
+    keys["emission_texture"] = texture_file(r, names[2]);
+    if (!keys.contains("emission_w_m2_sr")) keys["emission_w_m2_sr"] = {1.0, 1.0, 1.0, 1.0};
+}
+
+void create_body(Request& r) {
+    const Model& shape = model_of(r, r.door.shapes, "shape_name");
+    const Model& reflection = model_of(r, r.door.reflections, "brdf_name");
+    const std::string& name = r.arguments.text("body_name");
+    if (name == "camera") throw r.arguments.refused("body_name", "the camera is no body", "another name");
+    Object body;
+    const Object* const before = r.door.find(name);
+    if (before != nullptr) body.placement = before->placement;
+    if (name == "sun") {
+        if (shape.radius_m < 1)
+            throw r.arguments.refused("shape_name", "the Sun is a sphere", "of 1 m or more");
+        body.kind = Object::Kind::sun;
+        body.keys["radius_m"] = shape.radius_m;
+    } else {
+        body.keys = shape.keys;
+        body.keys.update(reflection.keys);
+        add_textures(r, body);
+    }
+    put(r.door.objects, r.arguments, "body_name", std::move(body));
+}
+
+void create_mesh(Request& r) {
+    Object body;
+    const std::string& name = r.arguments.text("object_name");
+    if (name == "camera" || name == "sun")
+        throw r.arguments.refused("object_name", "is no body", "another name");
+    if (const Object* const before = r.door.find(name)) body.placement = before->placement;
+    const double scale = r.arguments.number("scale", 1e-9, 1e12);
+    const std::string& model = r.arguments.text("model_name");
+    const auto file = r.door.files.find(model);
+    if (const auto shape = file ? std::nullopt : stand_in_mesh(model)) {
+        body.keys = *shape;
+        r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: a body made of noise instead",
+                                 r.command.name, model));
+    } else {
+        body.keys = {{"shape", "mesh"},
+                     {"file", (file ? *file : r.door.files.existing(model)).string()},
+                     {"metres_per_unit", scale}};
+    }
+    body.keys["material"] = "lambert";
+    body.keys["albedo"] = 1.0;
+    put(r.door.objects, r.arguments, "object_name", std::move(body));
+}
+
+/// Keys of shapes stay, those of the material and its light are replaced.
+void set_reflection(Request& r) {
+    Object& object = named(r);
+    const Model& reflection = model_of(r, r.door.reflections, "brdf");
+    const std::string& element = r.arguments.text("element_name");
+    if (object.kind != Object::Kind::body)
+        throw r.arguments.refused("object_name", "is no body", "a body or a mesh");
+    if (r.door.find(element) != &object)
+        throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
+    nlohmann::json kept = nlohmann::json::object();
+    for (const char* key :
+         {"shape", "half_edge_m", "height", "mean_radius_m", "axis_ratios", "radii_m", "file",
+          "metres_per_unit", "albedo_texture", "normal_texture", "emission_texture", "smooth_normals"})
+        if (object.keys.contains(key)) kept[key] = object.keys[key];
+    kept.update(reflection.keys);
+    // Of a relief: maps instead of the number, which is 1 with them.
+    if (const auto maps = object.keys.find("albedo"); maps != object.keys.end() && maps->is_array())
+        kept["albedo"] = *maps;
+    object.keys = std::move(kept);
+}
+
+/// Of a whole object, whose local transformation is the global one.
+void set_transform(Request& r) {
+    Object& object = named(r);
+    if (r.door.find(r.arguments.text("element_name")) != &object)
+        throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
+    const auto refused = [&](const char* what) {
+        return r.arguments.refused("matrix", what,
+                                   "4 rows of 4 numbers: a rotation, and a translation up to 1e15 m");
+    };
+    const List* const rows = r.arguments.value("matrix").as<List>();
+    if (rows == nullptr || rows->size() != 4) throw refused("is no list of 4 rows");
+    std::array<std::vector<double>, 4> m;
+    for (std::size_t i = 0; i < 4; ++i)
+        if (!to_numbers((*rows)[i], m[i]) || m[i].size() != 4)
+            throw refused("has a row that is not 4 numbers");
+    constexpr double exact = 1e-6;
+    Mat3 turn;
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+            double product = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                product += m[i][k] * m[j][k];
+            if (!(std::abs(product - (i == j ? 1 : 0)) <= exact))
+                throw refused("turns with a scale, or a shear");
+            turn.m[i][j] = m[i][j];
+        }
+        if (!(std::abs(m[i][3]) <= farthest_m)) throw refused("moves too far");
+    }
+    const Vec3 x{m[0][0], m[1][0], m[2][0]}, y{m[0][1], m[1][1], m[2][1]}, z{m[0][2], m[1][2], m[2][2]};
+    if (dot(cross(x, y), z) < 0) throw refused("is a reflection");
+    if (m[3] != std::vector<double>{0, 0, 0, 1}) throw refused("has a last row other than 0, 0, 0, 1");
+    const Quat q = from_matrix(turn);
+    const bool xyzw = r.door.conventions.quaternion == 0;
+    object.placement.attitude =
+        attitude_of(xyzw ? std::vector{q.x, q.y, q.z, q.w} : std::vector{q.w, q.x, q.y, q.z}, object.kind,
+                    r.door.conventions);
+    object.placement.position_m = {m[0][3], m[1][3], m[2][3]};
+}
+
+void set_motion(Request& r) {
+    Object& object = named(r);
+    const List* const pair = r.arguments.value("motion").as<List>();
+    std::vector<double> velocity, rate;
+    if (pair == nullptr || pair->size() != 2 || !to_numbers((*pair)[0], velocity) ||
+        !to_numbers((*pair)[1], rate) || velocity.size() != 3 || rate.size() != 3)
+        throw r.arguments.refused("motion", "is no pair of vectors", "[velocity, rotation rate]");
+    const auto moderate = [](double v) { return std::abs(v) <= 3e8; };
+    if (!std::all_of(velocity.begin(), velocity.end(), moderate) ||
+        !std::all_of(rate.begin(), rate.end(), moderate))
+        throw r.arguments.refused("motion", "is too fast, or not finite", "up to 3e8");
+    object.placement.velocity_m_s = vec3_of(velocity);
+    object.placement.rate_rad_s = vec3_of(rate);
+}
+
+} // namespace
+
+const Model& model_of(Request& r, const std::map<std::string, Model>& all, std::string_view argument) {
+    const std::string& name = r.arguments.text(argument);
+    const auto found = all.find(name);
+    if (found == all.end())
+        throw r.arguments.refused(argument,
+                                  fmt::format("nothing is called \"{}\"", config::printable(name, 60)),
+                                  "one that was created before");
+    return found->second;
+}
+
+std::string texture_file(Request& r, const std::string& name) {
+    if (const auto named = r.door.textures.find(name); named != r.door.textures.end())
+        return named->second.file;
+    if (const auto found = r.door.files.find(name)) return found->string();
+    if (!is_program_texture(name)) return r.door.files.existing(name).string();
+    r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: white instead", r.command.name, name));
+    return {};
+}
+
+void add_object_calls(Handlers& handlers) {
+    handlers["reset"] = [](Request& r) { r.door.reset(); };
+    handlers["createBody"] = create_body;
+    handlers["createMesh"] = create_mesh;
+    handlers["setObjectElementBRDF"] = set_reflection;
+    handlers["exists"] = [](Request& r) {
+        r.reply.set("exists", r.door.find(r.arguments.text("object_name")) != nullptr);
+    };
+    handlers["setAlias"] = [](Request& r) {
+        (void)named(r);
+        const std::string& name = r.arguments.text("object_name");
+        const auto other = r.door.aliases.find(name);
+        put(r.door.aliases, r.arguments, "alias", other != r.door.aliases.end() ? other->second : name);
+    };
+    handlers["setObjectPosition"] = [](Request& r) {
+        const std::vector<double> to = r.arguments.vector("pos", 3);
+        if (!std::all_of(to.begin(), to.end(), [](double v) { return std::abs(v) <= farthest_m; }))
+            throw r.arguments.refused("pos", "is too far away", "-1e15 to 1e15 m");
+        named(r).placement.position_m = vec3_of(to);
+    };
+    handlers["getObjectPosition"] = [](Request& r) {
+        r.reply.set("pos", list_of(named(r).placement.position_m));
+    };
+    handlers["setObjectAttitude"] = [](Request& r) {
+        Object& object = named(r);
+        const std::vector<double> to = r.arguments.vector("attitude", 4);
+        if (std::all_of(to.begin(), to.end(), [](double v) { return v == 0; }))
+            throw r.arguments.refused("attitude", "is a quaternion of length 0", "a rotation");
+        object.placement.attitude = attitude_of(to, object.kind, r.door.conventions);
+    };
+    handlers["getObjectAttitude"] = [](Request& r) {
+        r.reply.set("attitude", quaternion_of(named(r), r.door.conventions));
+    };
+    handlers["setObjectElementTransform"] = set_transform;
+    handlers["setObjectMotion"] = set_motion;
+    handlers["getObjectMotion"] = [](Request& r) {
+        const Placement& p = named(r).placement;
+        r.reply.set("motion", List{list_of(p.velocity_m_s), list_of(p.rate_rad_s)});
+    };
+    handlers["printObjectStructure"] = [](Request& r) {
+        r.reply.set("object_structure", r.arguments.text("object_name") + ": " +
+                                            r.door.files.without_folders(named(r).keys.dump(2)));
+    };
+}
+
+} // namespace obscura::serve::compatible

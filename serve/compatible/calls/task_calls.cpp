@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that render a picture in parts.
+#include "serve/compatible/door.hpp"
+#include "serve/compatible/handlers.hpp"
+#include "serve/compatible/micro_tasks.hpp"
+#include "service/failure.hpp"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::serve::compatible {
+namespace {
+
+/// A client's message holds 4 million values, a task has 10.
+constexpr std::int64_t most_tasks = 400'000;
+
+void generate(const Door& door, Reply& reply) {
+    const CameraSettings& camera = door.camera;
+    const std::int64_t pixels = std::int64_t{camera.width} * camera.height;
+    if (pixels > most_tasks)
+        throw service::Failure(service::FailureCode::too_large,
+                               fmt::format("generateMicroTasks: {} x {} pixels, allowed {} in all",
+                                           camera.width, camera.height, most_tasks));
+    // Ten values a task, and their encoding.
+    reply.share = door.hold(static_cast<std::uint64_t>(pixels) * 10 * 3 * sizeof(Value));
+    reply.set("utasks",
+              micro_tasks(camera.width, camera.height, door.rendering.samples, camera.integration_s));
+}
+
+} // namespace
+
+void add_task_calls(Handlers& handlers) {
+    handlers["generateMicroTasks"] = [](Request& r) { generate(r.door, r.reply); };
+    handlers["renderMicroTasks"] = [](Request& r) {
+        const std::vector<float> weights =
+            weights_of(r.arguments.value("utasks"), r.door.camera.width, r.door.camera.height);
+        r.door.render(windows_of(weights, r.door.camera.width), r.work);
+        Picture& picture = *r.door.picture;
+        for (std::size_t i = 0; i < picture.values.size(); ++i)
+            picture.values[i] *= weights[i % weights.size()];
+    };
+}
+
+} // namespace obscura::serve::compatible

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Textures with a name, and which of them objects wear.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace obscura::serve::compatible {
+
+struct Object;
+
+/// A file, or texels that the client sends.
+struct NamedTexture {
+    std::int32_t width = 0, height = 0; ///< 0: a file
+    bool gray = false;
+    std::string file{}; ///< what scene files name
+    bool own = false;   ///< it is of the session's folder
+    /// Of a sequence of pictures: name with a place for the number, the number of the file, and whether the
+    /// first follows the last.
+    std::string sequence{};
+    std::int64_t number = 0;
+    bool loop = false;
+};
+
+/// Units of an object's textures: diffuse, specular, emission, normal.
+constexpr int texture_units = 4;
+
+/// Gives the object the texture of a unit; false: its shape or material has none of that unit.
+bool wear(Object& object, int unit, const std::string& file);
+
+} // namespace obscura::serve::compatible

@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Holds the sizes of the house: lines of a file, files of a folder, lines of a function.
+
+    size_test.py [--list]
+
+Exceptions are named below, each with its reason and the size it may have; one that is no longer needed is a complaint.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MAX_LINES, MAX_FILES, MAX_FUNCTION = 500, 45, 80
+FOLDERS = ["core", "config", "images", "ephemeris", "service", "terrain", "renderer", "sensors", "sync", "transports",
+           "host", "serve", "emulator", "tools", "web", "instrument"]
+# (path, or path:function) -> (size allowed, reason)
+EXCEPTIONS = {
+}
+
+
+def without_text(source):
+    """The source with comments, strings and characters blanked, lines kept."""
+    def blank(match):
+        return "".join("\n" if c == "\n" else " " for c in match[0])
+    pattern = r'R"(\w*)\((?:.|\n)*?\)\1"|//[^\n]*|/\*(?:.|\n)*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])+\''
+    return re.sub(pattern, blank, source)
+
+
+HEAD = re.compile(r"([~\w:<>,&* ]*?[~\w>]+)\s*\((?:[^{};]|\{[^{};]*\})*\)\s*(?:const|noexcept|override|final|mutable|->[^{;]*|:\s[^;]*)*\s*$")
+NOT_FUNCTIONS = re.compile(r"\b(if|for|while|switch|catch|namespace|class|struct|enum|union|else|do|try|return)\b[^)]*$|=\s*$|\b(namespace|class|struct|enum|union)\b")
+
+
+def functions(source):
+    """(name, first line, lines) of the outermost functions with a body."""
+    text = without_text(source)
+    text = re.sub(r"^[ \t]*#[^\n]*(?:\\\n[^\n]*)*", lambda m: "\n" * m[0].count("\n"), text, flags=re.M)
+    depth, start, stack, found = 0, 0, [], []
+    inside = None
+    for at, c in enumerate(text):
+        if c == "{":
+            head = text[start:at]
+            if inside is None and ")" in head and not NOT_FUNCTIONS.search(head.split("(")[0]):
+                name = re.search(r"([~\w:]+)\s*\(", head)
+                # An initialiser in a constructor's list is no body: its brace follows a name, not ')' or a specifier.
+                if re.search(r"\)[^()]*$", head) and not re.search(r"[,:]\s*\w+\s*$", head):
+                    inside = (depth, name[1] if name else "?", text.count("\n", 0, start + len(head) - len(head.lstrip())) + 1)
+            stack.append(at)
+            depth += 1
+            start = at + 1
+        elif c == "}":
+            depth -= 1
+            if inside and depth == inside[0]:
+                found.append((inside[1], inside[2], text.count("\n", 0, at) + 1 - inside[2] + 1))
+                inside = None
+            start = at + 1
+        elif c == ";":
+            start = at + 1
+    return found
+
+
+sizes = []
+for folder in FOLDERS:
+    by_folder = {}
+    for file in sorted((ROOT / folder).rglob("*.?pp")):
+        name = file.relative_to(ROOT).as_posix()
+        by_folder[file.parent] = by_folder.get(file.parent, 0) + 1
+        source = file.read_text()
+        sizes.append((name, source.count("\n"), MAX_LINES, "lines"))
+        for function, line, lines in functions(source):
+            sizes.append((f"{name}:{function}", lines, MAX_FUNCTION, f"lines, from line {line}"))
+    for place, count in by_folder.items():
+        sizes.append((place.relative_to(ROOT).as_posix() + "/", count, MAX_FILES, "files"))
+
+complaints, used = [], set()
+for name, size, limit, unit in sizes:
+    allowed, _ = EXCEPTIONS.get(name, (limit, ""))
+    if size > limit and name in EXCEPTIONS:
+        used.add(name)
+    if size > allowed:
+        complaints.append(f"{name}: {size} {unit}; at most {allowed} are allowed")
+for name in sorted(set(EXCEPTIONS) - used):
+    complaints.append(f"size_test.py: {name} is small enough: take the exception out")
+if "--list" in sys.argv:
+    for name, size, limit, unit in sorted(sizes, key=lambda s: -s[1] / s[2])[:80]:
+        print(f"{size:6} of {limit:3}  {name} ({unit})")
+print("\n".join(complaints) or f"{len(sizes)} sizes are within their limits")
+sys.exit(1 if complaints else 0)

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plausibility of the cameras of a configuration: view, expected signal, durations.
+#pragma once
+
+#include "emulator/unit/assemble.hpp"
+#include "tools/check/plausibility.hpp"
+
+#include <optional>
+#include <string>
+
+namespace obscura::tools {
+
+/// View of a configured camera.
+[[nodiscard]] Plausibility view_of_camera(const std::string& name, const emulator::DaemonConfig& config,
+                                          const emulator::Imaging& imaging);
+
+/// Durations that follow from the settings after reset.
+[[nodiscard]] TimeFigures times_of_camera(const emulator::DaemonConfig& config,
+                                          const emulator::Imaging& imaging);
+
+/// Signal of a frame that was made with pixel truth; none with a test pattern or automatic exposure, which
+/// say nothing about the settings.
+[[nodiscard]] std::optional<SignalFigures> signal_of_frame(const emulator::DaemonConfig& config,
+                                                           const Frame& frame);
+
+/// Renders the first frame, or as much of it as about `limit_s` allow, and adds its signal and its rendering
+/// time; the signal as signal_of_frame().
+void add_estimates(Plausibility& plausibility, const emulator::DaemonConfig& config,
+                   const emulator::Imaging& imaging, double limit_s);
+
+/// As add_estimates(), of a scene without a sensor.
+void add_estimates(Plausibility& plausibility, const renderer::Renderer& renderer, double limit_s);
+
+} // namespace obscura::tools

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web/api/fields.hpp"
+
+#include "web/server/problem.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+namespace obscura::web {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Type = Parameter::Type;
+
+constexpr int most_levels = 12;           ///< of arrays and objects within each other
+constexpr std::size_t most_members = 256; ///< of a body of any names
+
+std::string shortened(std::string_view text) {
+    return std::string(text.substr(0, 60));
+}
+
+[[noreturn]] void refuse(const std::string& detail, std::string_view field) {
+    throw Refusal(422, "value", detail, field);
+}
+
+std::string allowed(const Parameter& field) {
+    const std::string unit = field.unit.empty() ? "" : fmt::format(" {}", field.unit);
+    switch (field.type) {
+    case Type::boolean:
+        return "true or false";
+    case Type::integer:
+    case Type::number:
+        return field.max == std::numeric_limits<double>::max()
+                   ? fmt::format("{} from {}{}", name_of(field.type), field.min, unit)
+                   : fmt::format("{} from {} to {}{}", name_of(field.type), field.min, field.max, unit);
+    case Type::string:
+        if (!field.choices.empty()) return fmt::format("{}", fmt::join(field.choices, ", "));
+        break;
+    case Type::array:
+    case Type::any:
+        break;
+    }
+    return std::string(name_of(field.type));
+}
+
+const Parameter& row_of(std::string_view name, std::span<const Parameter> fields) {
+    const auto found = std::find_if(fields.begin(), fields.end(),
+                                    [name](const Parameter& field) { return field.name == name; });
+    if (found != fields.end()) return *found;
+    std::string names;
+    for (const Parameter& field : fields)
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", field.name);
+    refuse(fmt::format("{}: no such field, allowed {}", shortened(name), names.empty() ? "none" : names),
+           shortened(name));
+}
+
+bool has_type(const Json& value, const Parameter& field) {
+    switch (field.type) {
+    case Type::boolean:
+        return value.is_boolean();
+    case Type::integer:
+        return value.is_number_integer() && value.get<double>() >= field.min &&
+               value.get<double>() <= field.max;
+    case Type::number:
+        return value.is_number() && value.get<double>() >= field.min && value.get<double>() <= field.max;
+    case Type::string:
+        return value.is_string() && (field.choices.empty() ||
+                                     std::find(field.choices.begin(), field.choices.end(),
+                                               value.get_ref<const std::string&>()) != field.choices.end());
+    case Type::array:
+        return value.is_array();
+    case Type::any:
+        return true;
+    }
+    return false;
+}
+
+/// Refuses values of which a required one is missing.
+void require(const Json& values, std::span<const Parameter> fields) {
+    for (const Parameter& field : fields)
+        if (field.required && !values.contains(std::string(field.name)))
+            refuse(fmt::format("{} is missing; allowed: {}", field.name, allowed(field)), field.name);
+}
+
+/// The number or boolean that a text of a query is; null if it is none.
+Json value_of(std::string_view text) {
+    if (text == "true" || text == "false") return text == "true";
+    const char* const end = text.data() + text.size();
+    std::uint64_t whole = 0;
+    if (const auto read = std::from_chars(text.data(), end, whole); read.ec == std::errc{} && read.ptr == end)
+        return whole;
+    double number = 0;
+    if (const auto read = std::from_chars(text.data(), end, number);
+        read.ec == std::errc{} && read.ptr == end && std::isfinite(number))
+        return number;
+    return nullptr;
+}
+
+/// A text of a query that is a word as ids are, which needs no escapes; null if it is none.
+Json word_of(std::string_view text) {
+    const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+    });
+    return plain && !text.empty() ? Json(text) : Json();
+}
+
+} // namespace
+
+Json read_query(std::string_view query, std::span<const Parameter> fields) {
+    Json values = Json::object();
+    while (!query.empty()) {
+        const std::string_view one = query.substr(0, query.find('&'));
+        query.remove_prefix(std::min(one.size() + 1, query.size()));
+        if (one.empty()) continue;
+        const std::string_view name = one.substr(0, one.find('='));
+        const Parameter& field = row_of(name, fields);
+        const std::string_view text =
+            one.size() > name.size() ? one.substr(name.size() + 1) : std::string_view();
+        Json value = field.type == Type::string ? word_of(text) : value_of(text);
+        if (!has_type(value, field))
+            refuse(fmt::format("{}: allowed: {}", field.name, allowed(field)), field.name);
+        values[std::string(field.name)] = std::move(value);
+    }
+    require(values, fields);
+    return values;
+}
+
+Json read_body(std::string_view text, const Route& route) {
+    const bool empty = std::all_of(text.begin(), text.end(),
+                                   [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; });
+    Json body = Json::object();
+    if (!empty) {
+        try {
+            body = Json::parse(text.begin(), text.end(), [](int depth, Json::parse_event_t, Json&) {
+                if (depth > most_levels)
+                    throw Refusal(
+                        400, "syntax",
+                        fmt::format("more than {} arrays and objects within each other", most_levels));
+                return true;
+            });
+        } catch (const Json::parse_error& error) {
+            throw Refusal(400, "syntax", fmt::format("the body is no JSON, at byte {}", error.byte));
+        } catch (const Json::exception&) {
+            throw Refusal(400, "syntax", "the body has a number that is too large");
+        }
+    }
+    if (!body.is_object()) throw Refusal(422, "value", "the body is no object");
+    if (body.size() > most_members)
+        throw Refusal(422, "value", fmt::format("more than {} members", most_members));
+    if (route.body == Body::map) return body;
+    for (const auto& [name, value] : body.items()) {
+        const Parameter& field = row_of(name, route.fields);
+        if (!has_type(value, field))
+            refuse(fmt::format("{}: allowed: {}", field.name, allowed(field)), field.name);
+    }
+    require(body, route.fields);
+    return body;
+}
+
+} // namespace obscura::web
