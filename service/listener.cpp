@@ -29,7 +29,7 @@ namespace {
 constexpr int waiting_clients = 64;
 constexpr int socket_flags = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK;
 
-[[noreturn]] void refuse(const std::string& address, const std::string& why) {
+[[noreturn]] void refuse_address(const std::string& address, const std::string& why) {
     throw HardwareError(fmt::format("{}: {}", address, why));
 }
 
@@ -76,7 +76,7 @@ Listener Listener::tcp(const std::string& text, bool needs_token) {
     if (!socket || ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
         ::listen(socket.get(), waiting_clients) != 0 ||
         ::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0)
-        refuse(text, std::strerror(errno));
+        refuse_address(text, std::strerror(errno));
     char host[INET_ADDRSTRLEN]{};
     ::inet_ntop(AF_INET, &address.sin_addr, host, sizeof host);
     return {std::move(socket), fmt::format("{}:{}", host, ntohs(address.sin_port)), {}};
@@ -87,21 +87,22 @@ Listener Listener::unix_socket(const std::filesystem::path& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     if (text.empty() || text.size() >= sizeof address.sun_path)
-        refuse(text, fmt::format("a path of 1 to {} bytes is allowed", sizeof address.sun_path - 1));
+        refuse_address(text, fmt::format("a path of 1 to {} bytes is allowed", sizeof address.sun_path - 1));
     text.copy(address.sun_path, text.size());
     const auto* const raw = reinterpret_cast<const sockaddr*>(&address);
     std::error_code error;
     if (std::filesystem::exists(path, error)) {
-        if (!std::filesystem::is_socket(path, error)) refuse(text, "exists, and is no socket");
+        if (!std::filesystem::is_socket(path, error)) refuse_address(text, "exists, and is no socket");
         const FileDescriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-        if (::connect(probe.get(), raw, sizeof address) == 0) refuse(text, "another server listens there");
+        if (::connect(probe.get(), raw, sizeof address) == 0)
+            refuse_address(text, "another server listens there");
         std::filesystem::remove(path, error);
     }
     FileDescriptor socket(::socket(AF_UNIX, socket_flags, 0));
     // The umask may keep the group from writing, and so from connecting.
     if (!socket || ::bind(socket.get(), raw, sizeof address) != 0 || ::chmod(text.c_str(), 0660) != 0 ||
         ::listen(socket.get(), waiting_clients) != 0)
-        refuse(text, std::strerror(errno));
+        refuse_address(text, std::strerror(errno));
     return {std::move(socket), text, path};
 }
 

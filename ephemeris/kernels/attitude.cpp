@@ -17,7 +17,7 @@ namespace {
 
 /// TDB - TT by the formula of SPICE's leap second kernels (DELTET/K, EB, M), s. The clocks of type 1 that
 /// refer to TT were correlated with it.
-double tdb_minus_tt(double tdb_s) {
+double approximate_tdb_minus_tt(double tdb_s) {
     const double m = 6.239996 + 1.99096871e-7 * tdb_s;
     return 1.657e-3 * std::sin(m + 1.671e-2 * std::sin(m));
 }
@@ -50,7 +50,7 @@ private:
 };
 
 /// Method of a CK type that is not supported (CK Required Reading).
-const char* method_of(std::int32_t type) {
+const char* attitude_method(std::int32_t type) {
     switch (type) {
     case 1:
         return "discrete";
@@ -113,7 +113,7 @@ SpacecraftClock::SpacecraftClock(const KernelPool& pool, int id) {
 }
 
 double SpacecraftClock::ticks(TdbTime time) const noexcept {
-    const double offset = tt_ ? tdb_minus_tt(time.seconds()) : 0;
+    const double offset = tt_ ? approximate_tdb_minus_tt(time.seconds()) : 0;
     const double parallel = time.seconds() - offset;
     const auto after = std::upper_bound(correlations_.begin(), correlations_.end(), parallel,
                                         [](double t, const Correlation& c) { return t < c.parallel_s; });
@@ -128,7 +128,7 @@ double SpacecraftClock::tdb_s(double ticks) const noexcept {
     if (after == correlations_.begin()) ++after;
     const Correlation& c = *(after - 1);
     const double parallel = c.parallel_s + (ticks - c.ticks) * c.seconds_per_tick;
-    return tt_ ? parallel + tdb_minus_tt(parallel) : parallel;
+    return tt_ ? parallel + approximate_tdb_minus_tt(parallel) : parallel;
 }
 
 CkSegment::CkSegment(const Daf::Array& array)
@@ -139,8 +139,8 @@ CkSegment::CkSegment(const Daf::Array& array)
       end_(array.doubles.at(1)) {
     const std::int32_t type = array.integers.at(2);
     if (type != 3)
-        throw InputError(
-            fmt::format("{}: CK type {} ({}) is not supported, allowed 3", place_, type, method_of(type)));
+        throw InputError(fmt::format("{}: CK type {} ({}) is not supported, allowed 3", place_, type,
+                                     attitude_method(type)));
     const std::span<const double> words = array.words;
     if (words.size() < 2) throw InputError(fmt::format("{}: {} values", place_, words.size()));
     // Quaternions, with rates if the flag is set; times and directory; starts of intervals and directory;

@@ -40,7 +40,7 @@ T read_as(const std::byte* at, bool swapped) {
     return std::bit_cast<T>(bytes);
 }
 
-std::string trimmed(std::string_view text) {
+std::string printable_trimmed(std::string_view text) {
     while (!text.empty() && (text.back() == ' ' || text.back() == '\0'))
         text.remove_suffix(1);
     while (!text.empty() && text.front() == ' ')
@@ -63,12 +63,12 @@ std::string place_of(const std::string& file, std::size_t number, const std::str
 /// Kind of a kernel from its identification word, "DAF/SPK ".
 std::string kind_of(const std::string& file, std::string_view id) {
     for (const std::string_view kind : {"SPK", "CK", "PCK"})
-        if (trimmed(id) == fmt::format("DAF/{}", kind)) return std::string(kind);
+        if (printable_trimmed(id) == fmt::format("DAF/{}", kind)) return std::string(kind);
     if (id.starts_with("NAIF/DAF"))
         throw InputError(fmt::format(
             "{}: a DAF of before 1998 that does not name its kind; convert it with NAIF's tools", file));
     throw InputError(fmt::format("{}: identification '{}' where DAF/SPK, DAF/CK or DAF/PCK is expected", file,
-                                 trimmed(id)));
+                                 printable_trimmed(id)));
 }
 
 struct Mapped {
@@ -124,7 +124,7 @@ public:
         std::int32_t number = 0;
         const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number, 16);
         if (error != std::errc() || end != value.data() + value.size())
-            fail(fmt::format("'{}' is not a hexadecimal integer", trimmed(value)));
+            fail(fmt::format("'{}' is not a hexadecimal integer", printable_trimmed(value)));
         return number;
     }
 
@@ -150,7 +150,7 @@ public:
         } else if (good) {
             good = mantissa == 0;
         }
-        if (!good) fail(fmt::format("'{}' is not a hexadecimal number", trimmed(value)));
+        if (!good) fail(fmt::format("'{}' is not a hexadecimal number", printable_trimmed(value)));
         const auto digits = static_cast<int>(last - first);
         const double size = std::ldexp(static_cast<double>(mantissa), 4 * (exponent - digits));
         return negative ? -size : size;
@@ -162,7 +162,7 @@ public:
         const std::size_t at = line.rfind(' ') == std::string_view::npos ? 0 : line.rfind(' ') + 1;
         const auto [end, error] = std::from_chars(line.data() + at, line.data() + line.size(), n);
         if (error != std::errc() || end != line.data() + line.size())
-            fail(fmt::format("'{}' where a count is expected", trimmed(line)));
+            fail(fmt::format("'{}' where a count is expected", printable_trimmed(line)));
         return n;
     }
 
@@ -206,7 +206,7 @@ void Daf::read_binary(std::shared_ptr<const std::byte[]> bytes, std::size_t size
     kind_ = kind_of(file_, text(0, 8));
 
     // Byte order: named, or else seen from the number of doubles of a summary.
-    const std::string format = trimmed(text(88, 8));
+    const std::string format = printable_trimmed(text(88, 8));
     const auto doubles_in = [&](bool swapped) { return read_as<std::int32_t>(data + 8, swapped); };
     bool swapped = false;
     if (format == "BIG-IEEE")
@@ -263,8 +263,8 @@ void Daf::read_binary(std::shared_ptr<const std::byte[]> bytes, std::size_t size
         for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
             const std::size_t at = start + 3 + i * summary_words;
             Array& array = arrays_.emplace_back();
-            array.name = trimmed(text(record * record_bytes + i * summary_words * sizeof(double),
-                                      summary_words * sizeof(double)));
+            array.name = printable_trimmed(text(record * record_bytes + i * summary_words * sizeof(double),
+                                                summary_words * sizeof(double)));
             array.place = place_of(file_, arrays_.size(), array.name);
             array.doubles = {values[at], values[at + 1]};
             const std::byte* const integers = data + (at + 2) * sizeof(double);
@@ -299,7 +299,7 @@ void Daf::read_transfer() {
     for (std::string line = lines.next(); line.starts_with("BEGIN_ARRAY "); line = lines.next()) {
         Array& array = arrays_.emplace_back();
         const std::size_t size = lines.count(line);
-        array.name = trimmed(lines.text());
+        array.name = printable_trimmed(lines.text());
         array.place = place_of(file_, arrays_.size(), array.name);
         for (std::int32_t i = 0; i < nd; ++i)
             array.doubles.push_back(lines.number());

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double day_s = 86400;
 constexpr double century_days = 36525;
-constexpr double j2000_jd = 2451545.0;
+constexpr double model_j2000_jd = 2451545.0;
 
 /// Rotation from a frame to the one that Euler angles 3-1-3 refer to.
 Quat euler_313(double first, double second, double third) {
@@ -130,7 +130,7 @@ std::optional<RotationModel> rotation_model(const KernelPool& pool, int id) {
         throw InputError(fmt::format("{}: {} periodic terms of body {} need {} phase angles ({})", place,
                                      amplitudes, id, amplitudes, name(barycenter, "NUT_PREC_ANGLES")));
     if (const auto jd = pool.number(name(id, "CONSTANTS_JED_EPOCH")))
-        model.epoch_s = (*jd - j2000_jd) * day_s;
+        model.epoch_s = (*jd - model_j2000_jd) * day_s;
     return model;
 }
 

@@ -113,7 +113,7 @@ Layout layout_of(const KvnBlock& meta, const std::string& a, const std::string& 
     return layout;
 }
 
-Interpolation interpolation_of(const KvnBlock& meta, const Layout& layout) {
+Interpolation attitude_interpolation(const KvnBlock& meta, const Layout& layout) {
     if (!meta.has("INTERPOLATION_METHOD")) return {};
     constexpr std::array<std::string_view, 2> methods{"LINEAR", "LAGRANGE"};
     if (meta.choice("INTERPOLATION_METHOD", methods) == methods[0]) return {};
@@ -161,8 +161,8 @@ void add_spin(const std::vector<double>& n, PathSegment& segment) {
     segment.rate_rad_s.push_back(z * rate_rad_s);
 }
 
-void add_sample(const KvnReader& reader, const KvnLine& line, const KvnSample& sample, const Layout& layout,
-                PathSegment& segment) {
+void add_attitude(const KvnReader& reader, const KvnLine& line, const KvnSample& sample, const Layout& layout,
+                  PathSegment& segment) {
     using Attitude = Layout::Attitude;
     using Rates = Layout::Rates;
     const std::vector<double>& n = sample.numbers;
@@ -233,15 +233,16 @@ PathFile parse_aem(const std::string& text, const std::string& name, const LeapS
                                 layout.object_is_b ? b : a};
         const KvnSpan span = span_of(meta, scale, leap_seconds);
         PathSegment segment;
-        segment.interpolation = interpolation_of(meta, layout);
+        segment.interpolation = attitude_interpolation(meta, layout);
         KvnLine line;
         if (!reader.next(line) || line.keyword != "DATA_START")
             reader.fail(reader.line(), "DATA_START is wanted here");
         while (reader.next(line) && line.keyword != "DATA_STOP") {
             if (!line.keyword.empty())
                 reader.fail(line.number, fmt::format("\"{}\" before DATA_STOP", shown(line.keyword)));
-            add_sample(reader, line, sample_of(reader, line, scale, leap_seconds, span, last_epoch(segment)),
-                       layout, segment);
+            add_attitude(reader, line,
+                         sample_of(reader, line, scale, leap_seconds, span, last_epoch(segment)), layout,
+                         segment);
         }
         if (line.keyword != "DATA_STOP") reader.fail(reader.line(), "ends before DATA_STOP");
         finish_segment(reader, begin, span, segment);

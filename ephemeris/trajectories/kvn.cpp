@@ -23,7 +23,7 @@ bool is_space(char c) {
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trimmed_value(std::string_view text) {
     while (!text.empty() && is_space(text.front()))
         text.remove_prefix(1);
     while (!text.empty() && is_space(text.back()))
@@ -73,14 +73,14 @@ void KvnReader::fail(std::size_t line, std::string_view what) const {
 bool KvnReader::next(KvnLine& line) {
     while (at_ < text_.size()) {
         const std::size_t end = std::min(text_.find('\n', at_), text_.size());
-        const std::string_view text = trimmed(text_.substr(at_, end - at_));
+        const std::string_view text = trimmed_value(text_.substr(at_, end - at_));
         at_ = end + 1;
         ++number_;
         if (text.empty() || text == "COMMENT" || text.starts_with("COMMENT ")) continue;
         line = {.number = number_, .value = text};
         if (const std::size_t equals = text.find('='); equals != std::string_view::npos) {
-            line.keyword = trimmed(text.substr(0, equals));
-            line.value = trimmed(text.substr(equals + 1));
+            line.keyword = trimmed_value(text.substr(0, equals));
+            line.value = trimmed_value(text.substr(equals + 1));
             line.has_value = true;
         } else if (text.find_first_of(" \t") == std::string_view::npos && text.front() >= 'A' &&
                    text.front() <= 'Z') {
@@ -195,7 +195,7 @@ KvnSample sample_of(const KvnReader& reader, const KvnLine& line, TimeScale scal
                     const LeapSeconds& leap_seconds, const KvnSpan& span, const Epoch* last) {
     std::string_view rest = line.value;
     const auto word = [&] {
-        rest = trimmed(rest);
+        rest = trimmed_value(rest);
         const std::size_t end = std::min(rest.find_first_of(" \t"), rest.size());
         const std::string_view found = rest.substr(0, end);
         rest.remove_prefix(end);

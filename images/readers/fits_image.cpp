@@ -12,19 +12,19 @@
 namespace obscura::images {
 namespace {
 
-class Reader {
+class FitsReader {
 public:
-    explicit Reader(const std::filesystem::path& file) : file_(file) {
+    explicit FitsReader(const std::filesystem::path& file) : file_(file) {
         fits_open_diskfile(&fits_, file.c_str(), READONLY, &status_);
         check();
     }
-    ~Reader() {
+    ~FitsReader() {
         int ignored = 0;
         if (fits_ != nullptr) fits_close_file(fits_, &ignored);
         fits_clear_errmsg();
     }
-    Reader(const Reader&) = delete;
-    Reader& operator=(const Reader&) = delete;
+    FitsReader(const FitsReader&) = delete;
+    FitsReader& operator=(const FitsReader&) = delete;
 
     /// Moves to the first HDU that holds an image and returns its three axis lengths; the primary HDU may be
     /// empty.
@@ -98,11 +98,11 @@ private:
 } // namespace
 
 std::int64_t fits_planes(const std::filesystem::path& file) {
-    return Reader(file).find_image()[2];
+    return FitsReader(file).find_image()[2];
 }
 
 Image read_fits_image(const std::filesystem::path& file, const std::string& plane) {
-    return Reader(file).read(plane);
+    return FitsReader(file).read(plane);
 }
 
 } // namespace obscura::images

@@ -16,14 +16,14 @@
 namespace obscura::images {
 namespace {
 
-[[noreturn]] void on_error(j_common_ptr decoder) {
+[[noreturn]] void on_jpeg_error(j_common_ptr decoder) {
     char text[JMSG_LENGTH_MAX] = {};
     decoder->err->format_message(decoder, text);
     throw std::runtime_error(text);
 }
 /// Treats warnings as errors: they report damaged data, and a half grey texture is worse than none.
 void on_message(j_common_ptr decoder, int level) {
-    if (level < 0) on_error(decoder);
+    if (level < 0) on_jpeg_error(decoder);
 }
 
 struct Decoder {
@@ -32,7 +32,7 @@ struct Decoder {
 
     explicit Decoder(std::FILE* in) {
         jpeg.err = jpeg_std_error(&errors);
-        errors.error_exit = on_error;
+        errors.error_exit = on_jpeg_error;
         errors.emit_message = on_message;
         jpeg_create_decompress(&jpeg);
         jpeg_stdio_src(&jpeg, in);

@@ -18,7 +18,7 @@
 namespace obscura::images {
 namespace {
 
-double decode(const Pds3SampleType& type, const std::uint8_t* at) {
+double decode_samples(const Pds3SampleType& type, const std::uint8_t* at) {
     std::uint64_t word = 0;
     for (std::size_t i = 0; i < type.bytes; ++i)
         word |= std::uint64_t{at[type.little_endian ? i : type.bytes - 1 - i]} << (8 * i);
@@ -52,7 +52,7 @@ std::optional<double> missing_constant(const PdsLabel& label, const Pds3SampleTy
         std::array<std::uint8_t, 8> bytes{};
         for (std::size_t i = 0; i < type.bytes; ++i)
             bytes[type.little_endian ? i : type.bytes - 1 - i] = static_cast<std::uint8_t>(bits >> (8 * i));
-        return decode(type, bytes.data());
+        return decode_samples(type, bytes.data());
     }
     return std::nullopt;
 }
@@ -90,8 +90,8 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
         if (std::fread(line.data(), 1, wanted, in.get()) != wanted)
             throw InputError(fmt::format("{}: ends in line {} of {}", data.string(), y + 1, height));
         for (std::int64_t x = 0; x < width; ++x) {
-            const double number =
-                decode(at.type, line.data() + at.prefix + x * static_cast<std::int64_t>(at.type.bytes));
+            const double number = decode_samples(at.type, line.data() + at.prefix +
+                                                              x * static_cast<std::int64_t>(at.type.bytes));
             image.values.push_back(missing && number == *missing ? std::numeric_limits<double>::quiet_NaN()
                                                                  : shift + scale * number);
         }

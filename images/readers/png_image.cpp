@@ -18,13 +18,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "png_set_swap turns big into little endian");
 
-[[noreturn]] void on_error(png_structp, png_const_charp message) {
+[[noreturn]] void on_read_error(png_structp, png_const_charp message) {
     throw std::runtime_error(message);
 }
-void on_warning(png_structp, png_const_charp) {}
+void on_read_warning(png_structp, png_const_charp) {}
 
 struct PngReader {
-    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
+    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, on_read_error, on_read_warning);
     png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
 
     PngReader() {

@@ -18,14 +18,14 @@ namespace obscura::images {
 namespace {
 
 /// Supported layout: one plane of grey or chunky RGB, integers of 8, 16 and 32 bits and reals of 32 and 64.
-struct Layout {
+struct TiffLayout {
     std::uint32_t width = 0, height = 0;
     std::uint16_t bits = 0, samples = 1, format = SAMPLEFORMAT_UINT;
 };
 
-class Reader {
+class TiffReader {
 public:
-    explicit Reader(const std::filesystem::path& file) : file_(file) {
+    explicit TiffReader(const std::filesystem::path& file) : file_(file) {
         // Suppress libtiff's own messages on standard error.
         TIFFSetErrorHandler(nullptr);
         TIFFSetWarningHandler(nullptr);
@@ -139,18 +139,18 @@ private:
 
     const std::filesystem::path& file_;
     std::unique_ptr<TIFF, Close> tiff_;
-    Layout layout_;
+    TiffLayout layout_;
     std::optional<double> missing_; ///< number of samples without data (GDAL_NODATA)
 };
 
 } // namespace
 
 bool tiff_has_colours(const std::filesystem::path& file) {
-    return Reader(file).has_colours();
+    return TiffReader(file).has_colours();
 }
 
 Image read_tiff_image(const std::filesystem::path& file, const std::string& plane) {
-    return Reader(file).read(colour_choice(file, plane));
+    return TiffReader(file).read(colour_choice(file, plane));
 }
 
 } // namespace obscura::images

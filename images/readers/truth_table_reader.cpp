@@ -25,7 +25,7 @@ constexpr long most_table_rows = 100'000'000;
 constexpr int most_columns = 256;
 
 /// Cells of a line of a CSV file.
-std::vector<std::string> cells_of(const std::string& line) {
+std::vector<std::string> csv_cells(const std::string& line) {
     std::vector<std::string> cells(1);
     bool quoted = false;
     for (std::size_t i = 0; i < line.size(); ++i) {
@@ -51,7 +51,7 @@ TruthLines read_csv_table(const std::filesystem::path& file, const std::string& 
         if (line.size() > most_line_bytes)
             throw InputError(fmt::format("{}:{}: a line of {} bytes: allowed are {}", file.string(), number,
                                          line.size(), most_line_bytes));
-        std::vector<std::string> cells = cells_of(line);
+        std::vector<std::string> cells = csv_cells(line);
         if (out.columns.empty()) {
             out.columns = std::move(cells);
             frame_column = out.column("frame"), kind_column = out.column("kind");

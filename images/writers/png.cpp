@@ -17,14 +17,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "png_set_swap turns little into big endian");
 
-[[noreturn]] void on_error(png_structp, png_const_charp message) {
+[[noreturn]] void on_write_error(png_structp, png_const_charp message) {
     // libpng requires that the error handler does not return; its C frames hold nothing to unwind.
     throw std::runtime_error(message);
 }
-void on_warning(png_structp, png_const_charp) {}
+void on_write_warning(png_structp, png_const_charp) {}
 
 struct Writer {
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
+    png_structp png =
+        png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, on_write_error, on_write_warning);
     png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
 
     Writer() {

@@ -28,7 +28,8 @@ struct Plane {
 
 /// Reads all images and planes of a FITS file; from other formats one plane for all bands or one for each:
 /// OpenEXR channels named as `obscura render` names them, or red, green and blue by wavelength.
-std::vector<Plane> read_planes(const std::filesystem::path& file, const std::vector<SpectralBand>& bands) {
+std::vector<Plane> read_stray_planes(const std::filesystem::path& file,
+                                     const std::vector<SpectralBand>& bands) {
     std::vector<Plane> planes;
     require_regular_file(file);
     std::array<char, 6> first{};
@@ -98,7 +99,7 @@ std::vector<StrayMap> read_stray_light(const scene::Scene& scene) {
     std::vector<StrayMap> maps;
     for (const scene::StrayLight& description : scene.stray_light)
         scene::at_position(description.position, [&] {
-            std::vector<Plane> planes = read_planes(description.file, scene.bands);
+            std::vector<Plane> planes = read_stray_planes(description.file, scene.bands);
             if (planes.size() != 1 && planes.size() != scene.bands.size())
                 throw ConfigError(
                     fmt::format("stray light: {} has {} planes: allowed are 1, or one for each of the "

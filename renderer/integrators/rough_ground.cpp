@@ -8,7 +8,7 @@ namespace obscura::renderer {
 namespace {
 
 /// sqrt that vectorises to one instruction (std::sqrt may set errno).
-inline double root(double x) {
+inline double root_of(double x) {
     return __builtin_sqrt(x > 0 ? x : 0.0);
 }
 
@@ -30,7 +30,7 @@ void set_level(const SurfacePacket& surface, const ScatterPacket& s, const Vec3s
         // Any tangent does where the light is in the zenith: orthonormal_basis() of the normal.
         const double sign = __builtin_copysign(1.0, nz), a = -1.0 / (sign + nz);
         const bool zenith = !(square > 1e-20);
-        const double per = 1 / root(zenith ? 1.0 : square);
+        const double per = 1 / root_of(zenith ? 1.0 : square);
         x = zenith ? 1 + sign * nx * nx * a : x * per;
         y = zenith ? sign * nx * ny * a : y * per;
         z = zenith ? -sign * nx : z * per;
@@ -40,7 +40,7 @@ void set_level(const SurfacePacket& surface, const ScatterPacket& s, const Vec3s
         out.across.x.v[i] = ny * z - nz * y;
         out.across.y.v[i] = nz * x - nx * z;
         out.across.z.v[i] = nx * y - ny * x;
-        out.slope.v[i] = root(0.5 * unresolved.v[i]);
+        out.slope.v[i] = root_of(0.5 * unresolved.v[i]);
     }
     out.cos_in = s.cos_in;
     out.cos_out = s.cos_out;
@@ -58,7 +58,7 @@ void set_facet(const SurfacePacket& surface, const Level& level, const Vec3s& vi
         const double z = surface.normal.z.v[i] - a * level.along.z.v[i] - b * level.across.z.v[i];
         const double out = -(x * view.x.v[i] + y * view.y.v[i] + z * view.z.v[i]);
         const double in = x * light.x.v[i] + y * light.y.v[i] + z * light.z.v[i];
-        const double per = 1 / root(1 + a * a + b * b);
+        const double per = 1 / root_of(1 + a * a + b * b);
         const double mu = out * per;
         s.cos_in.v[i] = in * per;
         s.cos_out.v[i] = mu > 1e-6 ? mu : 1e-6;
@@ -77,7 +77,7 @@ void add_facet(const Doubles& seen, const Doubles& own, double weight, Doubles& 
 /// Smith's function: what hides of a facet that is turned towards a direction of that cosine, over what does
 /// not.
 inline double smith(double cosine, double slope) {
-    const double sine = root(1 - cosine * cosine);
+    const double sine = root_of(1 - cosine * cosine);
     const double a = cosine / (1.4142135623730951 * slope * sine + 1e-12);
     const double part = (1 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a);
     return a < 1.6 ? part : 0.0;
@@ -91,7 +91,7 @@ void shade(const Level& level, const Doubles& sum, const Doubles& area, Doubles&
         const double mu0 = level.cos_in.v[i] > lowest ? level.cos_in.v[i] : lowest;
         const double mu = level.cos_out.v[i] > lowest ? level.cos_out.v[i] : lowest;
         const double in = smith(mu0, level.slope.v[i]), out = smith(mu, level.slope.v[i]);
-        const double sines = root((1 - mu0 * mu0) * (1 - mu * mu));
+        const double sines = root_of((1 - mu0 * mu0) * (1 - mu * mu));
         double cosine = (level.cos_phase.v[i] - mu0 * mu) / (sines + 1e-12);
         cosine = cosine < -1 ? -1 : cosine > 1 ? 1 : cosine;
         const double apart = 4.41 * quick_acos(cosine);

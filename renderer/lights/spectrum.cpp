@@ -23,7 +23,7 @@ double value_at(const std::vector<SpectralPoint>& curve, double wavelength_m) {
 
 /// Steps of the midpoint rule over a band: the Sun's spectrum is a table in steps of 10 nm, curves are
 /// piecewise linear.
-constexpr int steps = 4000;
+constexpr int spectrum_steps = 4000;
 
 } // namespace
 
@@ -33,9 +33,9 @@ double transmission(const SpectralBand& band, double wavelength_m) {
 
 double sun_irradiance_w_m2(const SpectralBand& band) {
     if (band.transmission.empty()) return solar_band_irradiance_w_m2(band.from_m, band.to_m);
-    const double step = (band.to_m - band.from_m) / steps;
+    const double step = (band.to_m - band.from_m) / spectrum_steps;
     double sum = 0;
-    for (int i = 0; i < steps; ++i) {
+    for (int i = 0; i < spectrum_steps; ++i) {
         const double from = band.from_m + i * step;
         sum += transmission(band, from + step / 2) * solar_band_irradiance_w_m2(from, from + step);
     }
@@ -43,12 +43,12 @@ double sun_irradiance_w_m2(const SpectralBand& band) {
 }
 
 double sunlit_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& band) {
-    const double step = (band.to_m - band.from_m) / steps;
+    const double step = (band.to_m - band.from_m) / spectrum_steps;
     double lit = 0;
     double light = 0;
     double passed = 0;
     double all = 0;
-    for (int i = 0; i < steps; ++i) {
+    for (int i = 0; i < spectrum_steps; ++i) {
         const double from = band.from_m + i * step;
         const double share = transmission(band, from + step / 2);
         const double value = value_at(curve, from + step / 2);

@@ -30,7 +30,7 @@ const SpectralBand& band_v() {
     return band;
 }
 
-double product(const StarBins& a, const StarBins& b) {
+double product_of_curves(const StarBins& a, const StarBins& b) {
     return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
@@ -133,7 +133,7 @@ StarBins black_body_bins(double temperature_k) {
     StarBins flux{};
     for (std::size_t i = 0; i < star_bins; ++i)
         flux[i] = black_body((star_bin_edge_m(i) + star_bin_edge_m(i + 1)) / 2, temperature_k);
-    const double scale = std::accumulate(v_um.begin(), v_um.end(), 0.0) / product(flux, v_um);
+    const double scale = std::accumulate(v_um.begin(), v_um.end(), 0.0) / product_of_curves(flux, v_um);
     for (double& f : flux)
         f *= scale;
     return flux;
@@ -212,7 +212,8 @@ StarBins star_band_weights_um(const SpectralBand& band) {
 }
 
 double star_irradiance_w_m2(const scene::Star& star, const StarBins& spectrum, const StarBins& weights_um) {
-    return star_v_zero_w_m2_um * std::pow(10, -0.4 * star.magnitude_v) * product(spectrum, weights_um);
+    return star_v_zero_w_m2_um * std::pow(10, -0.4 * star.magnitude_v) *
+           product_of_curves(spectrum, weights_um);
 }
 
 double star_irradiance_w_m2(const scene::Star& star, const SpectralBand& band) {

@@ -48,8 +48,8 @@ double alpha_of(double roughness) {
 }
 
 template<typename Parameter>
-[[gnu::always_inline]] inline void loop(const ScatterPacket& s, const Parameter& alpha, const Parameter& f0,
-                                        const Parameter& base_albedo, Doubles& r) {
+[[gnu::always_inline]] inline void ggx_loop(const ScatterPacket& s, const Parameter& alpha,
+                                            const Parameter& f0, const Parameter& base_albedo, Doubles& r) {
     for (int i = 0; i < packet_size; ++i) {
         const double alpha2 = alpha[i] * alpha[i];
         const double base = 28.0 / 23.0 * std::numbers::inv_pi * base_albedo[i] * (1 - f0[i]);
@@ -88,14 +88,14 @@ void Ggx::reflectance(const ScatterPacket& s, Doubles& r) const {
 }
 
 OBSCURA_VECTOR_CLONES void Ggx::evaluate(const ScatterPacket& s, Doubles& r) const {
-    loop(s, SameInAllLanes{alpha_}, SameInAllLanes{f0_}, SameInAllLanes{base_}, r);
+    ggx_loop(s, SameInAllLanes{alpha_}, SameInAllLanes{f0_}, SameInAllLanes{base_}, r);
 }
 
 OBSCURA_VECTOR_CLONES void Ggx::evaluate_varied(const ScatterPacket& s, Doubles& r) const {
     Doubles alpha;
     for (int i = 0; i < packet_size; ++i)
         alpha[i] = alpha_of(s.varied->value[0][i]);
-    loop(s, alpha, s.varied->value[1], s.varied->value[2], r);
+    ggx_loop(s, alpha, s.varied->value[1], s.varied->value[2], r);
 }
 
 Vec3 Ggx::sample(Vec3 out, double u, double v) const {

@@ -31,8 +31,8 @@ std::vector<scene::Conflict> conflicts_in(const MinnaertParameters& p) {
 namespace {
 
 template<typename Parameter>
-[[gnu::always_inline]] inline void loop(const ScatterPacket& s, double albedo, const Parameter& exponent,
-                                        Doubles& r) {
+[[gnu::always_inline]] inline void minnaert_loop(const ScatterPacket& s, double albedo,
+                                                 const Parameter& exponent, Doubles& r) {
     const double scale = albedo * std::numbers::inv_pi;
     constexpr double least = 1e-12; // keeps the logarithm finite; the light there is too faint to detect
     for (int i = 0; i < packet_size; ++i) {
@@ -50,11 +50,11 @@ void Minnaert::reflectance(const ScatterPacket& s, Doubles& r) const {
 }
 
 OBSCURA_VECTOR_CLONES void Minnaert::evaluate(const ScatterPacket& s, Doubles& r) const {
-    loop(s, d_.albedo, SameInAllLanes{d_.exponent}, r);
+    minnaert_loop(s, d_.albedo, SameInAllLanes{d_.exponent}, r);
 }
 
 OBSCURA_VECTOR_CLONES void Minnaert::evaluate_varied(const ScatterPacket& s, Doubles& r) const {
-    loop(s, d_.albedo, s.varied->value[0], r);
+    minnaert_loop(s, d_.albedo, s.varied->value[0], r);
 }
 
 } // namespace obscura::renderer

@@ -33,8 +33,8 @@ double scale_b(double s2) {
 }
 
 template<typename Parameter>
-[[gnu::always_inline]] inline void loop(const ScatterPacket& s, double scale, const Parameter& a,
-                                        const Parameter& b, Doubles& r) {
+[[gnu::always_inline]] inline void oren_nayar_loop(const ScatterPacket& s, double scale, const Parameter& a,
+                                                   const Parameter& b, Doubles& r) {
     for (int i = 0; i < packet_size; ++i) {
         const double mu0 = s.cos_in[i];
         const double mu = s.cos_out[i];
@@ -61,7 +61,7 @@ void OrenNayar::reflectance(const ScatterPacket& s, Doubles& r) const {
 }
 
 OBSCURA_VECTOR_CLONES void OrenNayar::evaluate(const ScatterPacket& s, Doubles& r) const {
-    loop(s, scale_, SameInAllLanes{a_}, SameInAllLanes{b_}, r);
+    oren_nayar_loop(s, scale_, SameInAllLanes{a_}, SameInAllLanes{b_}, r);
 }
 
 OBSCURA_VECTOR_CLONES void OrenNayar::evaluate_varied(const ScatterPacket& s, Doubles& r) const {
@@ -73,7 +73,7 @@ OBSCURA_VECTOR_CLONES void OrenNayar::evaluate_varied(const ScatterPacket& s, Do
         a[i] = scale_a(s2);
         b[i] = scale_b(s2);
     }
-    loop(s, scale_, a, b, r);
+    oren_nayar_loop(s, scale_, a, b, r);
 }
 
 } // namespace obscura::renderer

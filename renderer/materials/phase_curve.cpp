@@ -16,7 +16,7 @@ namespace {
 /// Largest phase angle of the table: at 180 degrees a sphere shows no light, whatever f.
 constexpr double last_table_deg = 179;
 /// Steps of factor_: 0.06 degrees at opposition, 0.6 degrees at 168 degrees.
-constexpr int steps = 2048;
+constexpr int curve_steps = 2048;
 
 } // namespace
 
@@ -69,10 +69,10 @@ double lambert_phase(double phase_rad) {
 
 PhaseCurve::PhaseCurve(const PhaseCurveParameters& p) : lunar_share_(p.lunar_share) {
     const std::vector<double> slopes = monotone_slopes(p.phase_deg, p.phase_mag);
-    factor_.resize(steps + 2);
-    for (int i = 0; i <= steps + 1; ++i) {
+    factor_.resize(curve_steps + 2);
+    for (int i = 0; i <= curve_steps + 1; ++i) {
         const double g_deg =
-            std::min(2 * std::asin(std::min(1.0, double(i) / steps)) / degree, p.phase_deg.back());
+            std::min(2 * std::asin(std::min(1.0, double(i) / curve_steps)) / degree, p.phase_deg.back());
         const double light =
             p.albedo * std::pow(10, -0.4 * monotone_cubic(p.phase_deg, p.phase_mag, slopes, g_deg));
         const double disc = p.lunar_share * lommel_seeliger_phase(g_deg * degree) +
@@ -89,7 +89,7 @@ void PhaseCurve::reflectance(const ScatterPacket& s, Doubles& r) const {
             continue;
         }
         // sin(g / 2), and from there the table.
-        const double at = steps * std::sqrt(std::clamp((1 - s.cos_phase[i]) / 2, 0.0, 1.0));
+        const double at = curve_steps * std::sqrt(std::clamp((1 - s.cos_phase[i]) / 2, 0.0, 1.0));
         const auto k = static_cast<std::size_t>(at);
         const double t = at - static_cast<double>(k);
         const double f = factor_[k] + t * (factor_[k + 1] - factor_[k]);

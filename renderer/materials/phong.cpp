@@ -34,8 +34,8 @@ std::vector<scene::Conflict> conflicts_in(const PhongParameters& p) {
 namespace {
 
 template<typename Parameter>
-[[gnu::always_inline]] inline void loop(const ScatterPacket& s, const Parameter& kd, const Parameter& ks,
-                                        const Parameter& exponent, Doubles& r) {
+[[gnu::always_inline]] inline void phong_loop(const ScatterPacket& s, const Parameter& kd,
+                                              const Parameter& ks, const Parameter& exponent, Doubles& r) {
     for (int i = 0; i < packet_size; ++i) {
         const double diffuse = kd[i] * std::numbers::inv_pi;
         const double specular = ks[i] * (exponent[i] + 2) * std::numbers::inv_pi / 2;
@@ -53,7 +53,7 @@ double diffuse_share(const PhongParameters& d) {
     return sum > 0 ? d.diffuse / sum : 1.0;
 }
 
-PhongParameters at(const ParameterPacket& varied, int lane) {
+PhongParameters at_lane(const ParameterPacket& varied, int lane) {
     return {varied.value[0][lane], varied.value[1][lane], varied.value[2][lane]};
 }
 
@@ -64,11 +64,11 @@ void Phong::reflectance(const ScatterPacket& s, Doubles& r) const {
 }
 
 OBSCURA_VECTOR_CLONES void Phong::evaluate(const ScatterPacket& s, Doubles& r) const {
-    loop(s, SameInAllLanes{d_.diffuse}, SameInAllLanes{d_.specular}, SameInAllLanes{d_.exponent}, r);
+    phong_loop(s, SameInAllLanes{d_.diffuse}, SameInAllLanes{d_.specular}, SameInAllLanes{d_.exponent}, r);
 }
 
 OBSCURA_VECTOR_CLONES void Phong::evaluate_varied(const ScatterPacket& s, Doubles& r) const {
-    loop(s, s.varied->value[0], s.varied->value[1], s.varied->value[2], r);
+    phong_loop(s, s.varied->value[0], s.varied->value[1], s.varied->value[2], r);
 }
 
 Vec3 Phong::sample(Vec3 out, double u, double v) const {
@@ -90,11 +90,11 @@ double Phong::pdf(Vec3 out, Vec3 in) const {
 }
 
 Vec3 Phong::sample_varied(const ParameterPacket& varied, int lane, Vec3 out, double u, double v) const {
-    return Phong(at(varied, lane)).sample(out, u, v);
+    return Phong(at_lane(varied, lane)).sample(out, u, v);
 }
 
 double Phong::pdf_varied(const ParameterPacket& varied, int lane, Vec3 out, Vec3 in) const {
-    return Phong(at(varied, lane)).pdf(out, in);
+    return Phong(at_lane(varied, lane)).pdf(out, in);
 }
 
 } // namespace obscura::renderer

@@ -8,7 +8,7 @@
 namespace obscura::renderer {
 namespace {
 
-config::Keys keys_of(AlbedoTable& t) {
+config::Keys albedo_keys(AlbedoTable& t) {
     config::Keys keys{
         config::key("file", config::Path{&t.file})
             .required()
@@ -38,7 +38,7 @@ config::Keys keys_of(AlbedoTable& t) {
 
 config::Section albedo_section(AlbedoTable& t) {
     config::Section section{"albedo", "An albedo map of a planet or terrain."};
-    section.keys = keys_of(t);
+    section.keys = albedo_keys(t);
     section.check = [&t](const config::ReadTable& table) { check_map_keys(t.map, table); };
     return section;
 }
@@ -59,7 +59,7 @@ config::List albedo_list(std::vector<AlbedoTable>& tables) {
 std::string identity_of(const std::vector<AlbedoTable>& tables) {
     std::string text;
     for (AlbedoTable table : tables)
-        text += config::print_keys(keys_of(table));
+        text += config::print_keys(albedo_keys(table));
     return text;
 }
 

@@ -10,7 +10,7 @@
 namespace obscura::renderer {
 namespace {
 
-config::Keys keys_of(HeightTable& t) {
+config::Keys height_keys(HeightTable& t) {
     config::Keys keys{
         config::key("file", config::Path{&t.file})
             .required()
@@ -49,7 +49,7 @@ config::Keys keys_of(HeightTable& t) {
 
 config::Section height_section(HeightTable& t) {
     config::Section section{"height", "A height map of a planet or terrain."};
-    section.keys = keys_of(t);
+    section.keys = height_keys(t);
     section.check = [&t](const config::ReadTable& table) { check_map_keys(t.map, table); };
     return section;
 }
@@ -68,7 +68,7 @@ config::List height_list(std::vector<HeightTable>& tables) {
 std::string identity_of(const std::vector<HeightTable>& tables) {
     std::string text;
     for (HeightTable table : tables)
-        text += config::print_keys(keys_of(table));
+        text += config::print_keys(height_keys(table));
     return text;
 }
 

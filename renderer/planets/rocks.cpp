@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t most_rocks = 65536;
 /// Samples that are finer than a boulder have the real one: there domes fade out, and rocks become flatter as
 /// they do, down to this share of their height.
-constexpr double least_share = 1e-3;
+constexpr double min_rock_share = 1e-3;
 
 struct Ball {
     Vec3 centre_m;
@@ -86,7 +86,7 @@ void to_form(const Rock& rock, const RayPacket& rays, const Doubles& limit, cons
 }
 
 /// Level from which tiles have rocks of a size.
-int level_of(const terrain::SurfaceDomain& domain, double size_m, double cells) {
+int rock_level(const terrain::SurfaceDomain& domain, double size_m, double cells) {
     int level = 0;
     while (level <= terrain::deepest_level && cells * domain.spacing_m(level) > size_m)
         ++level;
@@ -138,7 +138,7 @@ std::vector<Rock> place_rocks(const terrain::TileMaker& maker, const terrain::Su
                     {terrain::FeatureKind::boulder, one.id, one.position_m, 2 * one.semi_axes_m.x},
                     spacing_m);
             });
-            if (share < least_share) continue;
+            if (share < min_rock_share) continue;
             const double ground = between(ground_m), top = share * one.height_m;
             const Vec3 half{one.semi_axes_m.x, one.semi_axes_m.y, share * one.semi_axes_m.z};
             const Vec3 up = cross(one.along, one.across);
@@ -254,9 +254,9 @@ private:
 RockTracer::RockTracer(const SurfaceTiles& tiles, RockSettings settings)
     : tiles_(tiles),
       settings_(std::move(settings)),
-      first_level_(level_of(tiles.domain(), settings_.largest_m, settings_.cells)),
+      first_level_(rock_level(tiles.domain(), settings_.largest_m, settings_.cells)),
       last_level_(
-          std::min(level_of(tiles.domain(), settings_.least_m, settings_.cells), terrain::deepest_level)) {}
+          std::min(rock_level(tiles.domain(), settings_.least_m, settings_.cells), terrain::deepest_level)) {}
 
 void RockTracer::intersect(const RayPacket& rays, const ScaledRays& scaled, std::int32_t body,
                            HitPacket& hits) const {

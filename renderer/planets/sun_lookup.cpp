@@ -9,12 +9,12 @@ namespace obscura::renderer {
 namespace {
 
 /// Four texels in each of two levels.
-constexpr int taps = 8;
+constexpr int lookup_taps = 8;
 
 /// Places of texels in SunTile::texels, and their weights.
 struct alignas(64) Taps {
-    std::int32_t texel[taps][packet_size];
-    double weight[taps][packet_size];
+    std::int32_t texel[lookup_taps][packet_size];
+    double weight[lookup_taps][packet_size];
 };
 
 /// 2^-k.
@@ -58,13 +58,13 @@ void find_taps(const SunLookups& at, Taps& out) {
 }
 
 OBSCURA_VECTOR_CLONES
-void sum_taps(const Taps& at, const std::uint32_t (&texels)[taps][packet_size], Vec3s& mean) {
+void sum_taps(const Taps& at, const std::uint32_t (&texels)[lookup_taps][packet_size], Vec3s& mean) {
     const auto part = [](std::uint32_t texel, int shift) {
         return static_cast<double>(static_cast<std::int32_t>(texel << shift) >> 22);
     };
     for (int i = 0; i < packet_size; ++i) {
         double x = 0, y = 0, z = 0;
-        for (int t = 0; t < taps; ++t) {
+        for (int t = 0; t < lookup_taps; ++t) {
             const std::uint32_t texel = texels[t][i];
             const double weight = at.weight[t][i];
             x += weight * part(texel, 22);
@@ -82,10 +82,10 @@ void sum_taps(const Taps& at, const std::uint32_t (&texels)[taps][packet_size], 
 void sun_means(const SunLookups& at, Vec3s& mean) {
     Taps places;
     find_taps(at, places);
-    alignas(64) std::uint32_t texels[taps][packet_size];
+    alignas(64) std::uint32_t texels[lookup_taps][packet_size];
     for (int i = 0; i < packet_size; ++i) {
         const SunTile* const tile = at.tile[static_cast<std::size_t>(i)];
-        for (int t = 0; t < taps; ++t)
+        for (int t = 0; t < lookup_taps; ++t)
             texels[t][i] = tile != nullptr ? tile->texels[static_cast<std::size_t>(places.texel[t][i])] : 0;
     }
     sum_taps(places, texels, mean);

@@ -33,7 +33,7 @@ constexpr double tested_cos_phase = 0.5;
 /// Largest number of facets in all lists that are kept.
 constexpr std::size_t most_kept = 1u << 22;
 
-std::uint64_t mix(std::uint64_t x) {
+std::uint64_t mix_hash(std::uint64_t x) {
     // SplitMix64: Steele, Lea and Flood, OOPSLA 2014.
     x += 0x9e3779b97f4a7c15u;
     x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
@@ -44,7 +44,7 @@ std::uint64_t mix(std::uint64_t x) {
 std::uint64_t hash(Vec3 p) {
     // Adding 0 makes -0 the same corner as 0.
     const auto bits = [](double a) { return std::bit_cast<std::uint64_t>(a + 0.0); };
-    return mix(mix(mix(bits(p.x)) ^ bits(p.y)) ^ bits(p.z));
+    return mix_hash(mix_hash(mix_hash(bits(p.x)) ^ bits(p.y)) ^ bits(p.z));
 }
 
 /// Every third bit of a number of 21 bits.
@@ -118,7 +118,7 @@ void LitFacets::test_cells(Vec3 camera, Vec3 sun, double sun_slack) {
     std::array<double, cells> seen{};
     std::size_t facet = 0;
     std::uint64_t word = 0;
-    const auto random = [&word] { return static_cast<double>(mix(++word) >> 11) * 0x1p-53; };
+    const auto random = [&word] { return static_cast<double>(mix_hash(++word) >> 11) * 0x1p-53; };
     for (std::size_t first = 0; first < cells; first += cells_at_once) {
         RayPacket rays;
         Vec3s to_sun;
@@ -204,7 +204,7 @@ FacetSet::FacetSet(const Shape& shape, std::uint32_t triangles, Corners corners,
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint64_t from = h[k];
             const std::uint64_t to = h[(k + 1) % 3];
-            if (from != to) edges += mix(mix(from) + to) - mix(mix(to) + from);
+            if (from != to) edges += mix_hash(mix_hash(from) + to) - mix_hash(mix_hash(to) + from);
         }
     }
     closed_ = edges == 0 && volume > 0;

@@ -134,7 +134,7 @@ void take_hits(const FloatRays& rays, int first, const Packet& p, std::int32_t b
     }
 }
 
-struct alignas(64) Floats {
+struct alignas(64) VertexFloats {
     float v[packet_size];
     float& operator[](int i) { return v[i]; }
 };
@@ -142,7 +142,7 @@ struct alignas(64) Floats {
 /// Corners of the triangles that 16 rays hit.
 struct Corners {
     struct Vectors {
-        Floats x, y, z;
+        VertexFloats x, y, z;
     };
     Vectors point[3], normal[3];
 };
@@ -263,14 +263,14 @@ void smooth_surface(const Corners& c, const HitPacket& hits, SurfacePacket& out)
     }
 }
 
-Vec3 widen(Vec3f a) {
+Vec3 widen_box(Vec3f a) {
     return {a.x, a.y, a.z};
 }
 
 /// Values at the corners of a triangle: `of` is the mesh's vertices or normals.
 TriangleCorners corners_of(const TriangleMesh& mesh, const std::vector<Vec3f>& of, std::size_t triangle) {
     const auto& t = mesh.triangles[triangle];
-    return {widen(of[t[0]]), widen(of[t[1]]), widen(of[t[2]])};
+    return {widen_box(of[t[0]]), widen_box(of[t[1]]), widen_box(of[t[2]])};
 }
 
 std::vector<TriangleCorners> corners_of(const TriangleMesh& mesh) {
@@ -298,8 +298,8 @@ EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice("tessellation_cache_size=1")
 MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits)
     : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())) {
     for (const Vec3f& p : mesh_.vertices) {
-        bounding_radius_m_ = std::max(bounding_radius_m_, length(widen(p)));
-        hull_.include(widen(p));
+        bounding_radius_m_ = std::max(bounding_radius_m_, length(widen_box(p)));
+        hull_.include(widen_box(p));
     }
     bounding_radius_m_ *= 1 + 1e-6;
     // Embree reads vertices 16 bytes at a time: an element of padding keeps the last read inside. Release the
@@ -443,9 +443,9 @@ bool MeshShape::texture_coordinates(const HitPacket& hits, std::int32_t body,
         out.grad_v.set(i, {});
         if (hits.body[i] != body) continue;
         const auto& t = mesh_.triangles[hits.primitive[i]];
-        const Vec3 a = widen(mesh_.vertices[t[0]]);
-        const Vec3 ab = widen(mesh_.vertices[t[1]]) - a;
-        const Vec3 ac = widen(mesh_.vertices[t[2]]) - a;
+        const Vec3 a = widen_box(mesh_.vertices[t[0]]);
+        const Vec3 ab = widen_box(mesh_.vertices[t[1]]) - a;
+        const Vec3 ac = widen_box(mesh_.vertices[t[2]]) - a;
         const auto uv = [&](std::size_t k, std::size_t axis) {
             return static_cast<double>(mesh_.uvs[t[k]][axis]);
         };

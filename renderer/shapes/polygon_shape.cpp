@@ -29,8 +29,8 @@ struct HitTriangles {
 
 /// Surface at the hits: where the ray meets the face's plane. The normal faces the ray's origin.
 OBSCURA_VECTOR_CLONES
-void flat_surface(const HitTriangles& c, const RayPacket& rays, const HitPacket& hits, double radius_m,
-                  double extent_m, SurfacePacket& out) {
+void polygon_surface(const HitTriangles& c, const RayPacket& rays, const HitPacket& hits, double radius_m,
+                     double extent_m, SurfacePacket& out) {
     for (int i = 0; i < packet_size; ++i) {
         const double bx = c.first.x.v[i];
         const double by = c.first.y.v[i];
@@ -147,7 +147,7 @@ void PolygonShape::surface(const RayPacket& rays, const HitPacket& hits, std::in
         c.first.set(i, t[1] - t[0]);
         c.second.set(i, t[2] - t[0]);
     }
-    flat_surface(c, rays, hits, bounding_radius_m_, extent_m_, out);
+    polygon_surface(c, rays, hits, bounding_radius_m_, extent_m_, out);
 }
 
 } // namespace obscura::renderer

@@ -31,13 +31,13 @@ constexpr std::uint64_t no_key = 0;
 constexpr auto loader_period = std::chrono::milliseconds(2);
 
 /// Level (6 bits) and tile (29 bits each) as one number, never 0.
-std::uint64_t key_of(std::size_t level, std::int64_t i, std::int64_t j) {
+std::uint64_t page_key(std::size_t level, std::int64_t i, std::int64_t j) {
     return std::uint64_t{level + 1} << 58 | static_cast<std::uint64_t>(j) << 29 |
            static_cast<std::uint64_t>(i);
 }
 constexpr std::uint64_t low_29 = (std::uint64_t{1} << 29) - 1;
 
-std::uint64_t mixed(std::uint64_t key) {
+std::uint64_t mixed_samples(std::uint64_t key) {
     key = (key ^ key >> 31) * 0xBF58476D1CE4E5B9;
     return key ^ key >> 29;
 }
@@ -71,7 +71,7 @@ struct PagedTexture::Cache {
         return nullptr;
     }
     [[nodiscard]] Slot* set_of(std::uint64_t key) {
-        return slots.data() + mixed(key) % (slots.size() / ways) * ways;
+        return slots.data() + mixed_samples(key) % (slots.size() / ways) * ways;
     }
     [[nodiscard]] std::uint32_t* words_of(const Slot& slot) {
         return words.data() + static_cast<std::size_t>(&slot - slots.data()) * slot_words;
@@ -251,12 +251,12 @@ bool PagedTexture::add_texels(std::size_t level, const Pair& across, const Pair&
     const std::size_t first = y0 * stored_tile_edge + x0;
     const std::array<std::size_t, 4> places{first, first + right, first + below * stored_tile_edge,
                                             first + below * stored_tile_edge + right};
-    const std::uint64_t key = key_of(level, i, j);
+    const std::uint64_t key = page_key(level, i, j);
     while (true) {
         Slot* const slot = cache_->find(key);
         if (slot == nullptr) {
             if (!waiting_.load(std::memory_order_relaxed)) {
-                std::atomic<std::uint64_t>& wanted = cache_->wanted[mixed(key) / 7 % most_wanted];
+                std::atomic<std::uint64_t>& wanted = cache_->wanted[mixed_samples(key) / 7 % most_wanted];
                 if (wanted.load(std::memory_order_relaxed) != key)
                     wanted.store(key, std::memory_order_relaxed);
                 return false;

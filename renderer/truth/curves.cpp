@@ -19,7 +19,7 @@ namespace {
 constexpr int steps_inwards = 256;
 constexpr int curve_divisions = 8;
 
-Vec3 product(Vec3 a, Vec3 b) {
+Vec3 matrix_product(Vec3 a, Vec3 b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
 
@@ -60,12 +60,13 @@ private:
 /// Point of the limb of an ellipsoid seen from `camera_m` outside of it. Scaled to the unit sphere, the
 /// tangent points p of the viewer c are the circle p c = 1.
 Vec3 ellipsoid_limb(Vec3 radii_m, Vec3 camera_m, double azimuth_rad) {
-    const Vec3 c = product(camera_m, inverse(radii_m));
+    const Vec3 c = matrix_product(camera_m, inverse(radii_m));
     const double distance2 = length_squared(c);
     Vec3 u, v;
     orthonormal_basis(c / std::sqrt(distance2), u, v);
     const double radius = std::sqrt(std::max(0.0, 1 - 1 / distance2));
-    return product(c / distance2 + radius * (std::cos(azimuth_rad) * u + std::sin(azimuth_rad) * v), radii_m);
+    return matrix_product(c / distance2 + radius * (std::cos(azimuth_rad) * u + std::sin(azimuth_rad) * v),
+                          radii_m);
 }
 
 /// The outermost surface seen from `camera_m`, body frame, in the half plane of the azimuth `a`.
@@ -188,7 +189,7 @@ Vec3 BodyCurve::viewer_m(const TruthState& state) const {
 bool BodyCurve::has(const TruthState& state, std::uint32_t i) const {
     if (kind_ == TruthKind::terminator && !(scene_.scene.sun.irradiance_scale > 0)) return false;
     if (!(radii_m_.x > 0)) return found_[i].has_value();
-    return length_squared(product(viewer_m(state), inverse(radii_m_))) > 1;
+    return length_squared(matrix_product(viewer_m(state), inverse(radii_m_))) > 1;
 }
 
 Vec3 BodyCurve::point_m(const TruthState& state, std::uint32_t i) const {
@@ -202,7 +203,7 @@ std::optional<Vec3> BodyCurve::about_m(const TruthScene& scene, std::size_t body
     const Vec3 radii = shape.ellipsoid_radii_m();
     const Vec3 viewer = to_local(state.bodies[body], state.camera.position_m);
     if (radii.x > 0) {
-        if (!(length_squared(product(viewer, inverse(radii))) > 1)) return std::nullopt;
+        if (!(length_squared(matrix_product(viewer, inverse(radii))) > 1)) return std::nullopt;
         return ellipsoid_limb(radii, viewer, azimuth_rad);
     }
     const SurfaceTiles* const tiles = shape.tiles();
@@ -219,16 +220,16 @@ bool BodyCurve::near_side(const TruthState& state, std::uint32_t i) const {
     if (!(radii_m_.x > 0))
         return faces_camera(scene_, state, body_, point_m(state, i), surface_slack_m(scene_, body_));
     const Vec3 scale = inverse(radii_m_);
-    const Vec3 camera = product(to_local(state.bodies[body_], state.camera.position_m), scale);
-    return dot(product(point_m(state, i), scale), camera) > 1;
+    const Vec3 camera = matrix_product(to_local(state.bodies[body_], state.camera.position_m), scale);
+    return dot(matrix_product(point_m(state, i), scale), camera) > 1;
 }
 
 bool BodyCurve::lit(const TruthState& state, std::uint32_t i) const {
     if (!(radii_m_.x > 0))
         return is_lit(scene_, state, body_, point_m(state, i), surface_slack_m(scene_, body_));
     const Vec3 scale = inverse(radii_m_);
-    const Vec3 sun = product(to_local(state.bodies[body_], state.sun_m), scale);
-    return dot(product(point_m(state, i), scale), sun) > 1;
+    const Vec3 sun = matrix_product(to_local(state.bodies[body_], state.sun_m), scale);
+    return dot(matrix_product(point_m(state, i), scale), sun) > 1;
 }
 
 } // namespace obscura::renderer

@@ -7,7 +7,7 @@
 namespace obscura::renderer {
 namespace {
 
-double angle_between(Vec3 a, Vec3 b) {
+double cone_angle(Vec3 a, Vec3 b) {
     return std::atan2(length(cross(a, b)), dot(a, b));
 }
 
@@ -29,7 +29,7 @@ FieldCone::FieldCone(const TruthScene& scene, RowStates& states, std::size_t bod
     field_rad_ = scene.field_rad;
     for (const TruthState* const row : rows_) {
         moved_m_ = std::max(moved_m_, length(eye_of(*row) - eye_m_));
-        field_rad_ = std::max(field_rad_, scene.field_rad + angle_between(boresight_of(*row), boresight_) +
+        field_rad_ = std::max(field_rad_, scene.field_rad + cone_angle(boresight_of(*row), boresight_) +
                                               2 * length(row->beta));
     }
 }
@@ -38,7 +38,7 @@ bool FieldCone::may_show(Vec3 centre_m, double radius_m) const {
     const Vec3 to_ball = centre_m - eye_m_;
     const double distance_m = length(to_ball), slack_m = radius_m + moved_m_;
     return distance_m <= slack_m ||
-           angle_between(to_ball, boresight_) <= field_rad_ + std::asin(slack_m / distance_m);
+           cone_angle(to_ball, boresight_) <= field_rad_ + std::asin(slack_m / distance_m);
 }
 
 bool may_rise(Vec3 radii_m, Vec3 eye_m, Vec3 place_m, double radius_m, HeightBounds heights) {
@@ -47,7 +47,7 @@ bool may_rise(Vec3 radii_m, Vec3 eye_m, Vec3 place_m, double radius_m, HeightBou
     const double low = 1 + heights.least, high = 1 + heights.highest_here;
     const double horizon = std::acos(std::min(1.0, low / length(eye))) + std::acos(std::min(1.0, low / high));
     const double least_radius = std::min({radii_m.x, radii_m.y, radii_m.z});
-    return angle_between(eye, place) < horizon + 1.1 * radius_m / least_radius;
+    return cone_angle(eye, place) < horizon + 1.1 * radius_m / least_radius;
 }
 
 } // namespace obscura::renderer

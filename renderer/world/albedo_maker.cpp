@@ -49,7 +49,7 @@ AlbedoSource open_source(const AlbedoTable& table, const terrain::SurfaceDomain&
 }
 
 /// The reference surface as text.
-std::string surface_of(const terrain::SurfaceDomain& domain) {
+std::string surface_of_body(const terrain::SurfaceDomain& domain) {
     const Vec3 r = domain.radii_m();
     return fmt::format("{} {} {} {}", domain.half_edge_m(), r.x, r.y, r.z);
 }
@@ -74,7 +74,7 @@ std::shared_ptr<const NestedAlbedo> AlbedoMaker::make(const scene::Shape& shape)
     const auto opened = [&](const auto* p) -> std::shared_ptr<const NestedAlbedo> {
         if (p == nullptr || p->relief.albedos.empty()) return nullptr;
         const terrain::SurfaceDomain domain = domain_of(*p);
-        auto& albedo = made_[surface_of(domain) + "\n" + identity_of(p->relief.albedos)];
+        auto& albedo = made_[surface_of_body(domain) + "\n" + identity_of(p->relief.albedos)];
         if (!albedo) albedo = open_albedo(p->relief.albedos, domain, bands_);
         return albedo;
     };

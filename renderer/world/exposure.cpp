@@ -15,7 +15,7 @@ namespace {
 
 constexpr double exposure_step_px = 0.5;
 
-double angle_between(const Quat& a, const Quat& b) {
+double exposure_angle(const Quat& a, const Quat& b) {
     // The sine of half the angle, from the difference: accurate for the smallest angles.
     const double sign = dot(a, b) < 0 ? -1 : 1;
     const Vec3 v{a.x - sign * b.x, a.y - sign * b.y, a.z - sign * b.z};
@@ -31,7 +31,7 @@ double body_angle(const Pose& camera_from, const Pose& camera_to, const Pose& fr
     // Distance of the nearest point of the surface.
     const double nearest = std::max(std::min(length(a), length(b)) - radius_m, 0.01 * radius_m);
     if (!(nearest > 0)) return std::numeric_limits<double>::infinity();
-    return (length(b - a) + radius_m * angle_between(from.orientation, to.orientation)) / nearest;
+    return (length(b - a) + radius_m * exposure_angle(from.orientation, to.orientation)) / nearest;
 }
 
 /// Largest apparent motion of a sky object, without the rotation of the camera.
@@ -86,8 +86,8 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     std::array<Pose, 3> camera;
     for (std::size_t i = 0; i < 3; ++i)
         camera[i] = camera_pose(scene, bodies, times[i]);
-    const double turn_rad = angle_between(camera[0].orientation, camera[1].orientation) +
-                            angle_between(camera[1].orientation, camera[2].orientation);
+    const double turn_rad = exposure_angle(camera[0].orientation, camera[1].orientation) +
+                            exposure_angle(camera[1].orientation, camera[2].orientation);
     const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;
     double most_rad = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -106,7 +106,7 @@ double change_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
                  const GroundTruth& to) {
     if (bodies.size() > max_truth_bodies) return std::numeric_limits<double>::infinity();
     const std::array camera{from.camera, to.camera};
-    const double turn_rad = angle_between(camera[0].orientation, camera[1].orientation);
+    const double turn_rad = exposure_angle(camera[0].orientation, camera[1].orientation);
     const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;
     double most_rad = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b)

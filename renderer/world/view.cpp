@@ -14,7 +14,7 @@
 namespace obscura::renderer {
 namespace {
 
-double angle_between(Vec3 a, Vec3 b) {
+double view_angle(Vec3 a, Vec3 b) {
     return std::atan2(length(cross(a, b)), dot(a, b));
 }
 
@@ -45,7 +45,7 @@ std::vector<Vec3> field_directions(const Projection& lens, const scene::Camera& 
     return out;
 }
 
-bool on_sensor(const scene::Camera& camera, const std::optional<ImagePoint>& at) {
+bool point_on_sensor(const scene::Camera& camera, const std::optional<ImagePoint>& at) {
     return at && at->x >= -0.5 && at->y >= -0.5 && at->x < camera.width - 0.5 && at->y < camera.height - 0.5;
 }
 
@@ -79,7 +79,7 @@ SeenBody view_of_body(const BodyState& s, const Projection& lens, const scene::C
     const double radius = s.shape->bounding_radius_m();
     out.extent_m = 2 * radius;
     out.distance_m = out.surface_m = length(s.camera_m);
-    out.boresight_rad = angle_between(towards, {0, 0, 1});
+    out.boresight_rad = view_angle(towards, {0, 0, 1});
     if (out.distance_m <= radius) {
         out.extent_px = std::numeric_limits<double>::infinity();
         out.in_field = true;
@@ -87,9 +87,9 @@ SeenBody view_of_body(const BodyState& s, const Projection& lens, const scene::C
     } else {
         const double half_rad = std::asin(radius / out.distance_m);
         out.extent_px = 2 * half_rad / lens.local_pixel_angle_rad(towards);
-        out.in_field = on_sensor(camera, lens.project(towards)) ||
+        out.in_field = point_on_sensor(camera, lens.project(towards)) ||
                        std::any_of(field.begin(), field.end(),
-                                   [&](Vec3 edge) { return angle_between(edge, towards) <= half_rad; });
+                                   [&](Vec3 edge) { return view_angle(edge, towards) <= half_rad; });
     }
     if (out.distance_m > 0)
         if (const double t = distance_along(*s.shape, s.camera_m, s.camera_m / -out.distance_m);
@@ -107,8 +107,8 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
     const Vec3 middle = direction_at(lens, middle_x, middle_y);
     // From edge to middle to edge: fields of more than 180 degrees too.
     const auto across = [&](double x0, double y0, double x1, double y1) {
-        return angle_between(direction_at(lens, x0, y0), middle) +
-               angle_between(middle, direction_at(lens, x1, y1));
+        return view_angle(direction_at(lens, x0, y0), middle) +
+               view_angle(middle, direction_at(lens, x1, y1));
     };
     View out;
     out.field_x_rad = across(-0.5, middle_y, camera.width - 0.5, middle_y);
@@ -130,13 +130,13 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
             const std::vector<std::string> more = s.built->textures->notes();
             body.notes.insert(body.notes.end(), more.begin(), more.end());
         }
-        if (scene.sun.irradiance_scale > 0) body.phase_rad = angle_between(s.sun_m, s.camera_m);
+        if (scene.sun.irradiance_scale > 0) body.phase_rad = view_angle(s.sun_m, s.camera_m);
         out.bodies.push_back(std::move(body));
     }
     for (std::size_t i = 0; i < stars.numbers.size(); ++i) {
         if (stars.numbers[i] == no_star) break; // the last ones
         const Vec3 towards = row.camera_from_inertial * stars.places[i].from(observer);
-        if (!on_sensor(camera, lens.project(towards))) continue;
+        if (!point_on_sensor(camera, lens.project(towards))) continue;
         ++out.stars;
         const double magnitude_v = scene::star_of(scene, stars.numbers[i]).magnitude_v;
         out.faintest_v = std::max(magnitude_v, out.faintest_v.value_or(magnitude_v));

@@ -17,10 +17,10 @@ namespace {
 
 using nlohmann::json;
 
-json json_of(const Vec3& v) {
+json table_json(const Vec3& v) {
     return {v.x, v.y, v.z};
 }
-json json_of(const Quat& q) {
+json table_json(const Quat& q) {
     return {q.w, q.x, q.y, q.z};
 }
 
@@ -69,8 +69,8 @@ void add_placement(Door& door, const Placement& p, json& table,
                     turned};
     };
     if (turned_rad == 0 && (span_s == 0 || length(p.velocity_m_s) == 0) && motion.size() < 2) {
-        table["position_m"] = json_of(pose_at(0).position_m);
-        table["orientation"] = json_of(pose_at(0).orientation);
+        table["position_m"] = table_json(pose_at(0).position_m);
+        table["orientation"] = table_json(pose_at(0).orientation);
         return;
     }
     // Attitudes between rows take the shorter way: rows are at most a radian apart.
@@ -135,7 +135,7 @@ json scene_tables(Door& door) {
         case Object::Kind::camera:
             break;
         case Object::Kind::sun:
-            tree["sun"]["position_m"] = json_of(object.placement.position_m);
+            tree["sun"]["position_m"] = table_json(object.placement.position_m);
             tree["sun"].update(table);
             break;
         case Object::Kind::body:

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t boulder_stream = 2;
 constexpr double least_height = 0.2, largest_height = 0.45; ///< of the diameter
-constexpr double least_cells = 3;
+constexpr double min_boulder_cells = 3;
 /// Half the shortest axis of a rock.
 constexpr double half_thickness = 0.25; ///< of the diameter
 
@@ -144,7 +144,7 @@ std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diamete
 
 void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
                      std::span<double> sample_spacings_m) const {
-    const std::vector<Dome> all = domes(grid.cap, least_cells * grid.spacing_m);
+    const std::vector<Dome> all = domes(grid.cap, min_boulder_cells * grid.spacing_m);
     if (all.empty()) return;
     std::vector<double> highest(heights_m.size());
     const auto [finest, coarsest] = std::minmax_element(sample_spacings_m.begin(), sample_spacings_m.end());
@@ -178,13 +178,13 @@ void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
 
 double Boulders::top_m(const Boulder& boulder, double spacing_m) const {
     if (is_rock(boulder, spacing_m)) return 0;
-    return boulder.height_m *
-           smooth_step((boulder.diameter_m / spacing_m - least_cells) / (whole_cells - least_cells));
+    return boulder.height_m * smooth_step((boulder.diameter_m / spacing_m - min_boulder_cells) /
+                                          (whole_cells - min_boulder_cells));
 }
 
 double Boulders::above_ground_m(Vec3 vertex_m, double spacing_m) const {
     double highest = 0;
-    for (const Dome& dome : domes({vertex_m, 0}, least_cells * spacing_m))
+    for (const Dome& dome : domes({vertex_m, 0}, min_boulder_cells * spacing_m))
         highest = std::max(highest,
                            top_m(dome.boulder, spacing_m) * dome.profile(vertex_m - dome.boulder.position_m));
     return highest;

@@ -27,14 +27,14 @@ constexpr double steps_per_square = CraterProfiles::steps / CraterProfiles::reac
 constexpr std::uint32_t crater_stream = 1;
 
 /// Vertices across a crater below which it is left out, and from which it is whole.
-constexpr double least_cells = 3, whole_cells = 6;
+constexpr double min_crater_cells = 3, whole_cells = 6;
 
 /// Squared distance, in radii, up to which a crater removes what was there, and from which nothing.
 constexpr double removed_squared = 0.9, kept_squared = 1.7;
 
 /// Share of a crater that a grid of that spacing has.
 double whole(double diameter_m, double spacing_m) {
-    return smooth_step((diameter_m / spacing_m - least_cells) / (whole_cells - least_cells));
+    return smooth_step((diameter_m / spacing_m - min_crater_cells) / (whole_cells - min_crater_cells));
 }
 
 /// Share that is removed at a squared distance, in radii.
@@ -251,7 +251,8 @@ void Craters::apply(const VertexGrid& grid, std::span<double> heights_m,
                     std::span<double> sample_spacings_m) const {
     const std::vector<FeatureOctave>& octaves = field_.octaves();
     std::size_t first = 0;
-    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= least_cells * grid.spacing_m)
+    while (first < octaves.size() &&
+           std::ldexp(2.0, octaves[first].exponent) <= min_crater_cells * grid.spacing_m)
         ++first;
     if (first == octaves.size()) return;
     const double coarsest =
@@ -266,7 +267,7 @@ void Craters::apply(const VertexGrid& grid, std::span<double> heights_m,
     stamps.reserve(features.size());
     for (const Feature& feature : features) {
         Stamp stamp = stamp_of(feature);
-        if (stamp.diameter_m <= least_cells * grid.spacing_m || stamp.diameter_m < least_diameter_m_ ||
+        if (stamp.diameter_m <= min_crater_cells * grid.spacing_m || stamp.diameter_m < least_diameter_m_ ||
             stamp.diameter_m > largest_diameter_m_)
             continue;
         stamp.whole = whole(stamp.diameter_m, grid.spacing_m);

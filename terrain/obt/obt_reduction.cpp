@@ -9,7 +9,7 @@
 namespace obscura::terrain::obt {
 namespace {
 
-constexpr float no_data = std::numeric_limits<float>::quiet_NaN();
+constexpr float reduced_no_data = std::numeric_limits<float>::quiet_NaN();
 
 /// Finest samples that sample `index` of a level stands for.
 double cover(std::int64_t index, int level, std::int64_t size) {
@@ -118,7 +118,7 @@ void reduce(const SampleBlock& fine, Registration registration, std::int64_t wid
                     sum += down.weight[k] * t.weight[l] * v;
                     weights += down.weight[k] * t.weight[l];
                 }
-            out[i] = weights > 0 ? static_cast<float>(sum / weights) : no_data;
+            out[i] = weights > 0 ? static_cast<float>(sum / weights) : reduced_no_data;
         }
     }
 }
@@ -161,7 +161,7 @@ double largest_difference(const SampleBlock& fine, const SampleBlock& coarse, Re
                         static_cast<std::size_t>(y - fine.y) * static_cast<std::size_t>(fine.columns) +
                         static_cast<std::size_t>(x0 - fine.x),
                     x1 - x0, exact.data());
-        if ((x1 - x0) % 2 != 0) exact.back() = no_data;
+        if ((x1 - x0) % 2 != 0) exact.back() = reduced_no_data;
         const double* const left = mixed.data() + (pixels ? 0 : 1);
         const double* const middle = mixed.data() + 1;
         const double* const next = mixed.data() + 2;

@@ -12,14 +12,15 @@ complaints = []
 
 needed, optional = [], []
 for line in (ROOT / "scripts/packages.txt").read_text().splitlines():
-    # What stands below "# tests" is no part of a package's build.
-    if line.startswith("# tests"):
+    # The section [tests] is no part of a package's build.
+    if line.startswith("[tests]"):
         break
     line = line.split("#")[0].strip()
     # Every package build has a compiler. What is optional here is built into packages of its own there.
     if line.startswith("?"):
-        optional.append(line[1:])
-    elif line and line != "g++":
+        if line != "?ccache":
+            optional.append(line[1:])
+    elif line and not line.startswith("[") and line not in {"g++", "python3", "aravis-tools-cli"}:
         needed.append(line)
 control = (ROOT / "debian/control").read_text()
 

@@ -27,7 +27,7 @@ constexpr double dot_px = 4;                   ///< smaller meshes are dots
 constexpr double small_mesh_m = 60;            ///< smaller than bodies in space, larger than many in km
 constexpr double resolved_px = 4;              ///< found in any part of a frame's rows
 constexpr double saturated_share_limit = 0.05; ///< of the pixels
-constexpr std::size_t most_instants = 32;
+constexpr std::size_t max_checked_instants = 32;
 
 double degrees(double rad) {
     return rad * 180 / std::numbers::pi;
@@ -79,8 +79,9 @@ std::vector<double> instants_of(const scene::Scene& scene, double first_s) {
         collect(body.motion, body.joint);
     std::sort(all.begin(), all.end());
     std::vector<double> out{first_s};
-    for (std::size_t i = 0; i < most_instants && !all.empty(); ++i)
-        if (const double t = all[i * (all.size() - 1) / (most_instants - 1)]; t > first_s && t > out.back())
+    for (std::size_t i = 0; i < max_checked_instants && !all.empty(); ++i)
+        if (const double t = all[i * (all.size() - 1) / (max_checked_instants - 1)];
+            t > first_s && t > out.back())
             out.push_back(t);
     return out;
 }
@@ -89,7 +90,7 @@ Plausibility::Plausibility(std::string camera, const renderer::Renderer& rendere
                            std::span<const double> frames_s, bool posed)
     : camera_(std::move(camera)), posed_(posed), catalogue_(scene::star_totals(renderer.scene())) {
     std::vector<renderer::View> views;
-    const std::size_t stride = std::max<std::size_t>(1, frames_s.size() / most_instants);
+    const std::size_t stride = std::max<std::size_t>(1, frames_s.size() / max_checked_instants);
     for (std::size_t i = 0; i < frames_s.size(); i += stride)
         views.push_back(renderer.view(Time{std::llround(frames_s[i] * 1e9)}));
     view_ = views.front();

@@ -160,7 +160,7 @@ Matrix curvature(const Correlation& f, const Parameters& p, double h, Parameters
 }
 
 /// Newton's method with decreasing steps, within `limits`.
-void refine(const Fit& fit, const Parameters& limits, Parameters& p) {
+void refine_pointing(const Fit& fit, const Parameters& limits, Parameters& p) {
     const auto f = [&](const Parameters& at) { return fit.correlation(at); };
     for (const double h : {0.5, 0.5, 0.25, 0.25, 0.1, 0.1, 0.1}) {
         Parameters slope{};
@@ -253,7 +253,7 @@ PointingFit fit_pointing(const Image& reference, const Image& image, const rende
             const double r = fit.correlation(there);
             if (r > highest) highest = r, best = there;
         }
-    refine(fit, limits, best);
+    refine_pointing(fit, limits, best);
     PointingFit out;
     out.pointing = fit.pointing(best);
     out.error = fit.pointing(errors(fit, limits, best));

@@ -63,10 +63,11 @@ std::filesystem::path gdal_helper() {
 GdalProcess::GdalProcess(const GdalLimits& limits) : limits_(limits) {
     const std::filesystem::path program = gdal_helper();
     if (program.empty())
-        throw Error(exit_hardware,
-                    "obscura import map: the program obscura-gdal is missing, which reads maps "
-                    "through GDAL: install Debian's package obscura-gdal, or libgdal-dev and "
-                    "build again");
+        throw Error(
+            exit_hardware,
+            "obscura import map: the program obscura-gdal is missing, which reads maps "
+            "through GDAL: install Debian's package obscura-gdal, or run `scripts/build obscura-gdal` "
+            "in a checkout");
     int requests[2], answers[2];
     if (pipe2(requests, O_CLOEXEC) != 0) throw Error(exit_software, "no pipe to obscura-gdal");
     FileDescriptor their_in(requests[0]);

@@ -42,7 +42,7 @@ std::string span_text(double seconds) {
     return s >= 60 ? fmt::format("{} min {} s", s / 60, s % 60) : fmt::format("{} s", s);
 }
 
-std::string duration_text(const Json& us) {
+std::string uptime_text(const Json& us) {
     if (!us.is_number()) return "-";
     const double value = us.get<double>();
     if (std::abs(value) >= 1e6) return fmt::format("{:.3g} s", value / 1e6);
@@ -54,7 +54,7 @@ std::string latency_line(const Json& camera, const char* name, const char* label
     const std::string path = fmt::format("/latency_us/{}", name);
     if (at(camera, (path + "/count").c_str()) == 0) return fmt::format("  {:<22}-\n", label);
     const auto quantile = [&](const char* which) {
-        return duration_text(at(camera, fmt::format("{}/{}", path, which).c_str()));
+        return uptime_text(at(camera, fmt::format("{}/{}", path, which).c_str()));
     };
     return fmt::format("  {:<22}p50 {}, p99 {}, max {}\n", label, quantile("p50"), quantile("p99"),
                        quantile("max"));

@@ -23,7 +23,7 @@ std::string hex(Rgb c) {
     return fmt::format("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
 }
 
-std::string path_of(const std::vector<DrawnPoint>& points) {
+std::string svg_path(const std::vector<DrawnPoint>& points) {
     std::string out;
     for (const auto& [x, y] : points)
         fmt::format_to(std::back_inserter(out), "{}{:.2f} {:.2f}", out.empty() ? "M" : " L", x, y);
@@ -142,11 +142,11 @@ std::string Drawing::svg() const {
         },
         [&](const Line& l) {
             out += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{:.2f}\"{}/>\n",
-                               path_of(l.points), hex(l.colour), l.width,
+                               svg_path(l.points), hex(l.colour), l.width,
                                l.dashed ? fmt::format(" stroke-dasharray=\"{} {}\"", dash, gap) : "");
         },
         [&](const Polygon& p) {
-            out += fmt::format("<path d=\"{} Z\" fill=\"{}\"/>\n", path_of(p.points), hex(p.colour));
+            out += fmt::format("<path d=\"{} Z\" fill=\"{}\"/>\n", svg_path(p.points), hex(p.colour));
         },
         [&](const Text& t) {
             out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"{}\" text-anchor=\"{}\">{}</text>\n",

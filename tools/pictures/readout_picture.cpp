@@ -10,8 +10,9 @@
 namespace obscura::tools {
 namespace {
 
-constexpr double width = 900, height = 520, left = 70, top = 50, right = 20, bottom = 60;
-constexpr std::string_view colours[] = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf"};
+constexpr double picture_width = 900, height = 520, left = 70, top = 50, right = 20, bottom = 60;
+constexpr std::string_view window_colours[] = {"#1f77b4", "#d62728", "#2ca02c",
+                                               "#9467bd", "#ff7f0e", "#17becf"};
 
 } // namespace
 
@@ -27,7 +28,7 @@ std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& 
     const double span = std::max<double>(1, static_cast<double>(end - begin));
     const double rows = high - low + 1;
     const auto x = [&](Time t) {
-        return left + static_cast<double>(t - begin) / span * (width - left - right);
+        return left + static_cast<double>(t - begin) / span * (picture_width - left - right);
     };
     const auto y = [&](double row) { return top + (row - low) / rows * (height - top - bottom); };
 
@@ -36,7 +37,7 @@ std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& 
         "font-family=\"sans-serif\" font-size=\"13\">\n"
         "<rect width=\"{}\" height=\"{}\" fill=\"white\"/>\n"
         "<text x=\"{}\" y=\"24\" font-size=\"16\">{}: rows reset (dashed) and read (solid)</text>\n",
-        width, height, width, height, left, escaped_xml(title));
+        picture_width, height, picture_width, height, left, escaped_xml(title));
     const double unit = span > 2e6 ? 1e6 : 1e3;
     for (int i = 0; i <= 5; ++i) {
         const Time t = begin + static_cast<std::int64_t>(span * i / 5);
@@ -52,11 +53,11 @@ std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& 
                        "exposure, {}</text>\n"
                        "<text x=\"16\" y=\"{}\" transform=\"rotate(-90 16 {})\" text-anchor=\"middle\">row "
                        "of the array</text>\n",
-                       (left + width - right) / 2, height - 16, unit > 1e5 ? "ms" : "us",
+                       (left + picture_width - right) / 2, height - 16, unit > 1e5 ? "ms" : "us",
                        (top + height - bottom) / 2, (top + height - bottom) / 2);
     for (std::size_t w = 0; w < plan.windows.size(); ++w) {
         const FrameWindow& window = plan.windows[w];
-        const std::string_view colour = colours[w % std::size(colours)];
+        const std::string_view colour = window_colours[w % std::size(window_colours)];
         std::string resets, reads, back;
         // Draw at most 500 points per line.
         const std::int32_t step = std::max(1, window.sensor.height / 500);

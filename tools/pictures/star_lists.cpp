@@ -21,7 +21,7 @@ namespace obscura::tools {
 namespace {
 
 constexpr double arc_second = degree / 3600;
-constexpr std::size_t most_line_bytes = 65536, most_stars = 10'000'000;
+constexpr std::size_t max_list_line_bytes = 65536, most_stars = 10'000'000;
 
 /// Columns of brightness that are known, the best first.
 constexpr std::array<std::string_view, 10> brightness_columns{
@@ -48,7 +48,7 @@ std::vector<std::string_view> cells_of(std::string_view line) {
 }
 
 /// NaN for what is no finite number.
-double number(std::string_view cell) {
+double star_number(std::string_view cell) {
     double value = 0;
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(value))
@@ -60,9 +60,9 @@ double number(std::string_view cell) {
 bool next_line(std::istream& in, const std::filesystem::path& file, std::string& line, std::size_t& at) {
     while (std::getline(in, line)) {
         ++at;
-        if (line.size() > most_line_bytes)
+        if (line.size() > max_list_line_bytes)
             throw InputError(
-                fmt::format("{}:{}: a line of more than {} bytes", file.string(), at, most_line_bytes));
+                fmt::format("{}:{}: a line of more than {} bytes", file.string(), at, max_list_line_bytes));
         if (!line.empty() && line.front() != '#' && line != "\r") return true;
     }
     return false;
@@ -165,7 +165,7 @@ StarList read_star_list(const std::filesystem::path& file, const StarListChoice&
         if (std::any_of(wanted.begin(), wanted.end(),
                         [&](const auto& w) { return cells[w.first] != w.second; }))
             continue;
-        ListedStar star{number(cells[columns->x]), number(cells[columns->y]), std::nullopt, at};
+        ListedStar star{star_number(cells[columns->x]), star_number(cells[columns->y]), std::nullopt, at};
         if (std::isnan(star.x) || std::isnan(star.y))
             throw InputError(fmt::format("{}:{}: no position: \"{}\", \"{}\"", file.string(), at,
                                          cells[columns->x], cells[columns->y]));
@@ -174,7 +174,7 @@ StarList read_star_list(const std::filesystem::path& file, const StarListChoice&
                                          star.x, star.y));
         if (list.on_sky) star.x *= degree, star.y *= degree;
         if (brightness) {
-            const double value = number(cells[*brightness]);
+            const double value = star_number(cells[*brightness]);
             if (magnitudes && !std::isnan(value)) star.mag = value;
             if (!magnitudes && value > 0) star.mag = -2.5 * std::log10(value);
         }

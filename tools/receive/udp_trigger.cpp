@@ -39,7 +39,7 @@ FileDescriptor connect(const UdpTriggers& triggers) {
     return socket;
 }
 
-void send(const UdpTriggers& triggers, const FileDescriptor& socket, std::uint32_t number) {
+void send_trigger(const UdpTriggers& triggers, const FileDescriptor& socket, std::uint32_t number) {
     sync::UdpTriggerMessage message{.sequence = number};
     if (triggers.stamped) {
         timespec now{};
@@ -73,7 +73,7 @@ std::uint32_t send_triggers(const UdpTriggers& triggers) {
                !host::interrupted()) {
         }
         if (host::interrupted()) break;
-        send(triggers, socket, triggers.first + sent);
+        send_trigger(triggers, socket, triggers.first + sent);
     }
     // The answer that nothing listens comes after the datagram.
     constexpr int patience_ms = 20;

@@ -16,7 +16,7 @@
 namespace obscura::tools {
 namespace {
 
-constexpr std::size_t most_rows = 1'000'000;
+constexpr std::size_t max_timing_rows = 1'000'000;
 constexpr std::size_t most_columns = 256;
 /// Numbers are below this: differences of larger ones could overflow.
 constexpr std::int64_t number_limit = std::int64_t{1} << 62;
@@ -90,7 +90,7 @@ constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "tr
                            first_byte_suffix = "_first_byte_ns", last_byte_suffix = "_last_byte_ns",
                            pace_suffix = "_pace_ns";
 
-std::vector<std::string_view> split(std::string_view line) {
+std::vector<std::string_view> split_line(std::string_view line) {
     std::vector<std::string_view> fields;
     for (std::size_t comma = line.find(','); comma != std::string_view::npos; comma = line.find(',')) {
         fields.push_back(line.substr(0, comma));
@@ -104,7 +104,8 @@ std::vector<std::string_view> split(std::string_view line) {
 class TimingColumns {
 public:
     /// Throws InputError when a column is missing.
-    TimingColumns(std::string_view header, const std::string& name) : name_(name), titles_(split(header)) {
+    TimingColumns(std::string_view header, const std::string& name)
+        : name_(name), titles_(split_line(header)) {
         if (std::find(titles_.begin(), titles_.end(), frame_id_column) == titles_.end())
             throw InputError(
                 fmt::format("{}:1: this is no timing file, allowed is what obscurad --timing writes", name));
@@ -138,7 +139,7 @@ public:
 
     /// Throws InputError with line `number` and column.
     [[nodiscard]] TimingRow parse(std::string_view line, std::size_t number) const {
-        const std::vector<std::string_view> fields = split(line);
+        const std::vector<std::string_view> fields = split_line(line);
         const auto whole = [&](std::size_t column) {
             if (column >= fields.size()) refuse(number, fields.size() - 1);
             std::int64_t value = 0;
@@ -189,7 +190,7 @@ private:
             std::int32_t us = 0;
             const auto [rest, error] = std::from_chars(at, end, us);
             const bool good = error == std::errc() && (rest == end || (*rest == ' ' && rest + 1 != end));
-            if (!good || values.size() == most_rows) refuse(number, lateness_);
+            if (!good || values.size() == max_timing_rows) refuse(number, lateness_);
             values.push_back(us);
             at = rest == end ? end : rest + 1;
         }

@@ -48,7 +48,7 @@ double to_us(std::int64_t ns) {
     return static_cast<double>(ns) * 1e-3;
 }
 
-SpanFigures figures_of(std::string name, std::string key, std::vector<double> values) {
+SpanFigures report_figures(std::string name, std::string key, std::vector<double> values) {
     SpanFigures f;
     f.name = std::move(name);
     f.key = std::move(key);
@@ -88,7 +88,7 @@ std::vector<SpanFigures> span_figures(const TimingFile& file) {
         std::vector<double> values;
         for (const TimingRow& row : rows)
             if (from(row) != 0 && to(row) != 0) values.push_back(to_us(to(row) - from(row)));
-        all.push_back(figures_of(std::move(name), std::move(key), std::move(values)));
+        all.push_back(report_figures(std::move(name), std::move(key), std::move(values)));
     };
     for (const Span& span : spans)
         add(
@@ -97,7 +97,7 @@ std::vector<SpanFigures> span_figures(const TimingFile& file) {
     std::vector<double> lateness_us;
     for (const TimingRow& row : rows)
         lateness_us.insert(lateness_us.end(), row.row_lateness_us.begin(), row.row_lateness_us.end());
-    all.push_back(figures_of("each row after its time", "row_lateness", std::move(lateness_us)));
+    all.push_back(report_figures("each row after its time", "row_lateness", std::move(lateness_us)));
     for (std::size_t t = 0; t < file.transports.size(); ++t) {
         const bool used = std::any_of(rows.begin(), rows.end(),
                                       [t](const TimingRow& row) { return row.first_byte[t] != 0; });

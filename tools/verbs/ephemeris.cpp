@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double m_per_km = 1000;
 /// More rows are a mistake in --step.
-constexpr double most_rows = 1e6;
+constexpr double max_table_rows = 1e6;
 
 /// One row of the table of places.
 struct Row {
@@ -114,11 +114,11 @@ private:
         if (last < first) throw host::UsageError("obscura ephemeris: --until is before --time");
         const double step_ns = std::isnan(step_s_) ? 1e9 : step_s_ * 1e9;
         const double steps = std::floor(static_cast<double>(last.tai_ns - first.tai_ns) / step_ns);
-        if (steps >= most_rows)
+        if (steps >= max_table_rows)
             throw host::UsageError(
                 fmt::format("obscura ephemeris: {:.0f} rows, allowed are {:.0f}: choose a longer "
                             "--step",
-                            steps + 1, most_rows));
+                            steps + 1, max_table_rows));
         const bool light = see_ != "geometric", apparent = see_ == "apparent" || see_ == "deflected";
         const Corrections corrections{light, apparent, see_ == "deflected"};
         std::vector<Row> out;

@@ -24,7 +24,7 @@ using terrain::Latitudes;
 using terrain::ObtKind;
 using terrain::Registration;
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Numbers separated by commas. Throws UsageError.
 template<std::size_t N>
@@ -251,7 +251,7 @@ private:
     MapImportTask task_;
     std::string output_, unit_, radii_, values_, edges_, latitudes_, registration_, shift_, fill_, mask_;
     std::uint32_t band_ = 0;
-    double radius_ = none, planar_ = none, scale_ = none, offset_ = none, nodata_ = none;
+    double radius_ = no_value, planar_ = no_value, scale_ = no_value, offset_ = no_value, nodata_ = no_value;
     double time_limit_s_ = 120;
     std::uint32_t memory_mib_ = 4096;
     bool height_ = false, albedo_ = false, json_ = false;

@@ -33,7 +33,7 @@ using namespace terrain;
 
 #if OBSCURA_HAS_FUSE
 
-constexpr double degrees = 180 / std::numbers::pi;
+constexpr double whole_degrees = 180 / std::numbers::pi;
 
 std::string system_of(const Projection& p) {
     if (p.kind == ProjectionKind::planar) return {};
@@ -41,7 +41,8 @@ std::string system_of(const Projection& p) {
         p.latitudes == Latitudes::planetographic
             ? fmt::format("+a={:.17g} +b={:.17g}", p.equatorial_radius_m, p.polar_radius_m)
             : fmt::format("+R={:.17g}", p.equatorial_radius_m);
-    const double longitude = p.centre_longitude_rad * degrees, scale = p.true_scale_latitude_rad * degrees;
+    const double longitude = p.centre_longitude_rad * whole_degrees,
+                 scale = p.true_scale_latitude_rad * whole_degrees;
     if (p.kind == ProjectionKind::simple_cylindrical)
         return fmt::format("  <SRS>+proj=eqc +lat_ts={:.17g} +lon_0={:.17g} {} +units=m</SRS>\n", scale,
                            longitude, spheroid);

@@ -15,9 +15,9 @@
 namespace obscura::transports::gige {
 namespace {
 
-constexpr std::array<std::string_view, 7> type_names{"integer", "float",  "enumeration", "boolean",
-                                                     "command", "string", "integer"};
-constexpr std::array<std::string_view, 4> level_names{"Beginner", "Expert", "Guru", "Invisible"};
+constexpr std::array<std::string_view, 7> feature_type_names{"integer", "float",  "enumeration", "boolean",
+                                                             "command", "string", "integer"};
+constexpr std::array<std::string_view, 4> visibility_names{"Beginner", "Expert", "Guru", "Invisible"};
 /// Of the client's stream: camera.start and camera.stop acquire without one.
 constexpr std::array<std::string_view, 3> of_the_client{"AcquisitionStart", "AcquisitionStop",
                                                         "AcquisitionAbort"};
@@ -189,10 +189,10 @@ std::vector<DeviceFeatures::Row> GigeFeatures::list() {
                 row.locked = acquiring && held != nullptr && held->locked_while_streaming;
                 row.name = std::move(item.name);
                 row.category = category.name;
-                row.type = type_names[static_cast<std::size_t>(f.type)];
+                row.type = feature_type_names[static_cast<std::size_t>(f.type)];
                 row.unit = f.unit;
                 row.help = f.tooltip;
-                row.visibility = level_names[static_cast<std::size_t>(f.visibility)];
+                row.visibility = visibility_names[static_cast<std::size_t>(f.visibility)];
                 row.value = *std::move(value);
                 row.minimum = bound_of(f, f.minimum);
                 row.maximum = bound_of(f, f.maximum);

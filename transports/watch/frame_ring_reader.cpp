@@ -20,7 +20,7 @@ namespace {
 constexpr int most_tries = 8;
 constexpr std::uint64_t most_bytes = std::uint64_t{1} << 40;
 
-[[noreturn]] void refuse(const std::string& why) {
+[[noreturn]] void refuse_ring(const std::string& why) {
     throw InputError(fmt::format("frame ring: {}", why));
 }
 
@@ -35,13 +35,13 @@ FrameRingReader::FrameRingReader(const FileDescriptor& ring) {
     // Sealed against shrinking, its pages stay there while they are read.
     constexpr int wanted = F_SEAL_SHRINK | F_SEAL_FUTURE_WRITE;
     const int seals = ::fcntl(ring.get(), F_GET_SEALS);
-    if (seals < 0 || (seals & wanted) != wanted) refuse("the memory is not sealed");
+    if (seals < 0 || (seals & wanted) != wanted) refuse_ring("the memory is not sealed");
     struct stat status {};
-    if (::fstat(ring.get(), &status) != 0) refuse(std::strerror(errno));
+    if (::fstat(ring.get(), &status) != 0) refuse_ring(std::strerror(errno));
     bytes_ = static_cast<std::size_t>(status.st_size);
-    if (bytes_ < sizeof head_) refuse("too small");
+    if (bytes_ < sizeof head_) refuse_ring("too small");
     void* const mapped = ::mmap(nullptr, bytes_, PROT_READ, MAP_SHARED, ring.get(), 0);
-    if (mapped == MAP_FAILED) refuse(std::strerror(errno));
+    if (mapped == MAP_FAILED) refuse_ring(std::strerror(errno));
     mapped_ = static_cast<const std::byte*>(mapped);
     read_words(&head_, mapped_, sizeof head_);
     const FrameRingHead& h = head_;
@@ -54,9 +54,9 @@ FrameRingReader::FrameRingReader(const FileDescriptor& ring) {
                       h.slots * h.slot_bytes <= bytes_ - h.slots_at;
     if (known && fits) return;
     ::munmap(const_cast<std::byte*>(mapped_), bytes_);
-    refuse(known ? "its layout does not fit its size"
-                 : fmt::format("not of version {}: daemon and reader are of different releases",
-                               frame_ring_version));
+    refuse_ring(known ? "its layout does not fit its size"
+                      : fmt::format("not of version {}: daemon and reader are of different releases",
+                                    frame_ring_version));
 }
 
 FrameRingReader::~FrameRingReader() {

@@ -13,7 +13,7 @@
 namespace obscura::serve::compatible {
 namespace {
 
-const Picture& picture_of(const Door& door, std::string_view call) {
+const Picture& saved_picture(const Door& door, std::string_view call) {
     if (door.picture) return *door.picture;
     throw service::bad_argument("filename",
                                 std::string(call) + ": there is no picture yet, call render first");
@@ -59,7 +59,7 @@ template<typename Make, typename Save>
 auto saving(std::string_view call, Make make, Save save) {
     return [=](Request& r) {
         const std::filesystem::path place = r.door.files.place_for(r.arguments.text("filename"));
-        save(place, make(r.door, picture_of(r.door, call), r.arguments), r.arguments);
+        save(place, make(r.door, saved_picture(r.door, call), r.arguments), r.arguments);
     };
 }
 
@@ -92,7 +92,7 @@ void add_save_calls(Handlers& handlers) {
     handlers["saveImageGray8"] = saving("saveImageGray8", grays, bytes);
     handlers["saveDepthMap"] = [](Request& r) {
         const std::filesystem::path place = r.door.files.place_for(r.arguments.text("filename"));
-        const Picture& picture = picture_of(r.door, r.command.name);
+        const Picture& picture = saved_picture(r.door, r.command.name);
         r.door.find_surfaces(r.work);
         save_floats(place,
                     {picture.width, picture.height, {{picture.range_m.begin(), picture.range_m.end()}}, "m"});

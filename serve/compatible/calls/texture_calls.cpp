@@ -24,7 +24,7 @@ namespace {
 constexpr std::int64_t largest_side = 16384;
 constexpr std::int64_t most_texels = std::int64_t{1} << 24;
 
-NamedTexture& named(Request& r, std::string_view argument) {
+NamedTexture& named_texture(Request& r, std::string_view argument) {
     const std::string& name = r.arguments.text(argument);
     const auto found = r.door.textures.find(name);
     if (found == r.door.textures.end())
@@ -92,7 +92,7 @@ void create(Request& r) {
 }
 
 void update(Request& r) {
-    NamedTexture& texture = named(r, "name");
+    NamedTexture& texture = named_texture(r, "name");
     if (texture.width == 0)
         throw r.arguments.refused("name", "is a file", "a texture of createUserDataTexture");
     const std::string& sent = r.arguments.bytes("data");
@@ -145,7 +145,7 @@ void create_video(Request& r) {
 
 /// The next picture of a sequence; texels that the client sends are used at once.
 void update_dynamic(Request& r) {
-    NamedTexture& texture = named(r, "name");
+    NamedTexture& texture = named_texture(r, "name");
     if (texture.sequence.empty()) return;
     std::int64_t next = texture.number + 1;
     if (frame_file(r, texture, next).empty()) next = texture.loop ? first_number(r, texture) : texture.number;
@@ -157,7 +157,7 @@ void update_dynamic(Request& r) {
 }
 
 void attach(Request& r) {
-    const NamedTexture& texture = named(r, "texture_name");
+    const NamedTexture& texture = named_texture(r, "texture_name");
     Object& object = r.door.object(r.arguments.text("object_name"), r.command.name);
     const std::string& element = r.arguments.text("element_name");
     if (object.kind != Object::Kind::body)

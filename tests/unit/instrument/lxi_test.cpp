@@ -23,7 +23,7 @@ TEST_CASE("the identification is served at its paths, and nothing elsewhere", "[
         CHECK(status(line) == "400");
     const std::string document = lxi_identification(identity);
     CHECK(document.find("<InstrumentAddressString>TCPIP::192.0.2.1::5025::SOCKET<") != std::string::npos);
-    CHECK(document.find("<Hostname>bench&lt;1>") != std::string::npos);
+    CHECK(document.find("<Hostname>bench&lt;1&gt;") != std::string::npos);
     CHECK(lxi_identification({"1", "", "192.0.2.1", 80, 0}).find("InstrumentAddressString") ==
           std::string::npos);
 }

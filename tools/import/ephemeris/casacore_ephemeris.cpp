@@ -38,7 +38,7 @@ constexpr std::array series{Series{1, 0, 0, 14, 4},   Series{2, 0, 168, 10, 2}, 
 constexpr Series moon{301, 399, 438, 13, 8};
 constexpr std::size_t row_values = 1018;
 
-std::string read_file(const std::filesystem::path& file) {
+std::string read_table_file(const std::filesystem::path& file) {
     const InputFile in = open_input(file);
     const std::uintmax_t size = std::filesystem::file_size(file);
     if (size > max_table_bytes)
@@ -130,7 +130,7 @@ private:
 /// Rows of the table: arrays of doubles one after another in the file of its storage manager.
 class Rows {
 public:
-    explicit Rows(const std::string& file) : bytes_(read_file(file)) {
+    explicit Rows(const std::string& file) : bytes_(read_table_file(file)) {
         constexpr std::size_t header = 16;
         if (bytes_.size() < header + row_bytes || (bytes_.size() - header + 4) % row_bytes != 0)
             throw InputError(fmt::format("{}: {} bytes, expected {} and {} for each row but 4", file,
@@ -190,7 +190,7 @@ CasacoreEphemeris read_casacore_ephemeris(const std::filesystem::path& folder) {
         throw InputError(fmt::format("{}: no casacore table (table.dat); Debian's package "
                                      "casacore-data-jpl-de405 installs {}",
                                      folder.string(), casacore_de405));
-    const std::string bytes = read_file(description);
+    const std::string bytes = read_table_file(description);
     const Keywords keywords(bytes, description);
     constexpr double number = 405;
     if (keywords.number("DENUM") != number)

@@ -23,7 +23,7 @@ constexpr std::size_t cached_rows = 6;
 /// Numbers of the rows that are read at once.
 constexpr std::int64_t strip_samples = std::int64_t{4} << 20;
 
-std::int64_t halved(std::int64_t size) {
+std::int64_t halved_grid(std::int64_t size) {
     return (size + 1) / 2;
 }
 
@@ -55,7 +55,7 @@ public:
         rows_[static_cast<std::size_t>(taken_ % 5)] = across(row);
         ++taken_;
         // Row j needs rows 2 j - 2 to 2 j + 2.
-        while (next_ < halved(height_) && (2 * next_ + 2 < taken_ || taken_ == height_)) {
+        while (next_ < halved_grid(height_) && (2 * next_ + 2 < taken_ || taken_ == height_)) {
             made(next_, down(next_));
             ++next_;
         }
@@ -66,7 +66,7 @@ private:
         double number = 0, weight = 0; ///< sum of weight * number, sum of weights
     };
     std::vector<Sum> across(const std::vector<Weighted>& row) const {
-        std::vector<Sum> out(static_cast<std::size_t>(halved(width_)));
+        std::vector<Sum> out(static_cast<std::size_t>(halved_grid(width_)));
         for (std::size_t i = 0; i < out.size(); ++i)
             for (std::int64_t k = 0; k < 5; ++k) {
                 std::int64_t x = 2 * static_cast<std::int64_t>(i) + k - 2;
@@ -82,7 +82,7 @@ private:
         return out;
     }
     std::vector<Weighted> down(std::int64_t j) const {
-        std::vector<Weighted> out(static_cast<std::size_t>(halved(width_)));
+        std::vector<Weighted> out(static_cast<std::size_t>(halved_grid(width_)));
         for (std::size_t i = 0; i < out.size(); ++i) {
             Sum sum;
             for (std::int64_t k = 0; k < 5; ++k) {
@@ -107,7 +107,7 @@ private:
 HoleFiller::HoleFiller(RasterReader& inner, bool wraps, bool round, const std::filesystem::path& folder,
                        const std::function<void(std::uint64_t)>& progress)
     : inner_(inner), wraps_(wraps), round_(round), scratch_(scratch_file(folder)) {
-    for (std::int64_t w = inner.width(), h = inner.height();; w = halved(w), h = halved(h)) {
+    for (std::int64_t w = inner.width(), h = inner.height();; w = halved_grid(w), h = halved_grid(h)) {
         levels_.push_back({w, h, plane_bytes_});
         if (levels_.size() > 1) plane_bytes_ += static_cast<std::uint64_t>(w * h) * sizeof(Weighted);
         if (w == 1 && h == 1) break;

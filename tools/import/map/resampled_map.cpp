@@ -19,7 +19,7 @@ using terrain::ProjectionKind;
 using terrain::SamplePlace;
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr int block_edge = 256;
+constexpr int map_block_edge = 256;
 /// Samples of the file that are read for a block.
 constexpr double most_source_samples = 4e6;
 
@@ -307,12 +307,14 @@ void ResampledMap::resample(std::uint32_t plane, const Block& block, float* out,
 
 void ResampledMap::read(std::uint32_t plane, std::int64_t x, std::int64_t y, int columns, int rows,
                         std::span<float> out) {
-    for (int j = 0; j < rows; j += block_edge)
-        for (int i = 0; i < columns; i += block_edge)
-            resample(plane, {x + i, y + j, std::min(block_edge, columns - i), std::min(block_edge, rows - j)},
-                     out.data() + static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
-                         static_cast<std::size_t>(i),
-                     static_cast<std::size_t>(columns));
+    for (int j = 0; j < rows; j += map_block_edge)
+        for (int i = 0; i < columns; i += map_block_edge)
+            resample(
+                plane,
+                {x + i, y + j, std::min(map_block_edge, columns - i), std::min(map_block_edge, rows - j)},
+                out.data() + static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
+                    static_cast<std::size_t>(i),
+                static_cast<std::size_t>(columns));
 }
 
 } // namespace obscura::tools

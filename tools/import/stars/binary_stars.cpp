@@ -20,21 +20,23 @@ namespace {
 
 using ephemeris::CatalogueStar;
 
-[[noreturn]] void refuse(const std::filesystem::path& file, std::uint64_t at, std::string_view what) {
+[[noreturn]] void refuse_catalogue(const std::filesystem::path& file, std::uint64_t at,
+                                   std::string_view what) {
     throw InputError(fmt::format("{}: byte {}: {}", file.string(), at, what));
 }
 
 /// The whole file, or `bytes` of it from `from`.
-std::vector<unsigned char> bytes_of(const std::filesystem::path& file, std::uint64_t from,
-                                    std::optional<std::uint64_t> bytes) {
+std::vector<unsigned char> bytes_of_record(const std::filesystem::path& file, std::uint64_t from,
+                                           std::optional<std::uint64_t> bytes) {
     const InputFile in = open_input(file);
     std::error_code error;
     const std::uint64_t size = std::filesystem::file_size(file, error);
-    if (error || from > size || (bytes && *bytes > size - from)) refuse(file, size, "the file is truncated");
+    if (error || from > size || (bytes && *bytes > size - from))
+        refuse_catalogue(file, size, "the file is truncated");
     std::vector<unsigned char> out(bytes.value_or(size - from));
     if (std::fseek(in.get(), static_cast<long>(from), SEEK_SET) != 0 ||
         std::fread(out.data(), 1, out.size(), in.get()) != out.size())
-        refuse(file, from, "cannot be read");
+        refuse_catalogue(file, from, "cannot be read");
     return out;
 }
 
@@ -56,21 +58,24 @@ std::int64_t sign_extended(std::uint64_t value, std::size_t bytes) {
 /// magnitude limit, level and largest count of a trixel; then the records.
 class KstarsTable {
 public:
-    explicit KstarsTable(const std::filesystem::path& file) : file_(file), bytes_(bytes_of(file, 0, {})) {
+    explicit KstarsTable(const std::filesystem::path& file)
+        : file_(file), bytes_(bytes_of_record(file, 0, {})) {
         constexpr std::size_t text_bytes = 124;
         at_ = text_bytes;
         const auto marker = take(2);
         constexpr std::uint64_t little = 'S' | 'K' << 8;
-        if (marker != little) refuse(file_, text_bytes, "the byte order is not little endian (\"SK\")");
+        if (marker != little)
+            refuse_catalogue(file_, text_bytes, "the byte order is not little endian (\"SK\")");
         constexpr std::uint64_t known_version = 1;
         if (const auto version = take(1); version != known_version)
-            refuse(file_, at_ - 1, fmt::format("version {}, expected {}", version, known_version));
+            refuse_catalogue(file_, at_ - 1, fmt::format("version {}, expected {}", version, known_version));
         const auto fields = take(2);
         for (std::uint64_t i = 0; i < fields; ++i)
             take_field();
         const auto trixels = take(4);
         constexpr std::size_t entry_bytes = 12, trailer_bytes = 5;
-        if (trixels > (bytes_.size() - at_) / entry_bytes) refuse(file_, at_, "the file is truncated");
+        if (trixels > (bytes_.size() - at_) / entry_bytes)
+            refuse_catalogue(file_, at_, "the file is truncated");
         records_ = 0;
         for (std::uint64_t i = 0; i < trixels; ++i) {
             at_ += 8; // number and offset: the records follow in this order
@@ -79,9 +84,9 @@ public:
         at_ += trailer_bytes;
         if (at_ > bytes_.size() || record_bytes_ == 0 || records_ != (bytes_.size() - at_) / record_bytes_ ||
             (bytes_.size() - at_) % record_bytes_ != 0)
-            refuse(file_, at_,
-                   fmt::format("{} records of {} bytes are announced, {} bytes follow", records_,
-                               record_bytes_, bytes_.size() - std::min(at_, bytes_.size())));
+            refuse_catalogue(file_, at_,
+                             fmt::format("{} records of {} bytes are announced, {} bytes follow", records_,
+                                         record_bytes_, bytes_.size() - std::min(at_, bytes_.size())));
     }
 
     [[nodiscard]] std::uint64_t records() const { return records_; }
@@ -106,7 +111,8 @@ private:
     };
 
     std::uint64_t take(std::size_t count) {
-        if (count > bytes_.size() - std::min(at_, bytes_.size())) refuse(file_, at_, "the file is truncated");
+        if (count > bytes_.size() - std::min(at_, bytes_.size()))
+            refuse_catalogue(file_, at_, "the file is truncated");
         const auto value = little_endian(std::span(bytes_).subspan(at_, count));
         at_ += count;
         return value;
@@ -118,7 +124,8 @@ private:
             if (const auto c = static_cast<char>(take(1)); c != '\0') field.name += c;
         field.bytes = take(1);
         if (field.bytes < 1 || field.bytes > 8)
-            refuse(file_, at_ - 1, fmt::format("a field of {} bytes, allowed are 1 to 8", field.bytes));
+            refuse_catalogue(file_, at_ - 1,
+                             fmt::format("a field of {} bytes, allowed are 1 to 8", field.bytes));
         take(1); // type
         field.scale = static_cast<double>(sign_extended(take(4), 4));
         if (!(field.scale > 0)) field.scale = 1;
@@ -186,8 +193,8 @@ public:
             if (status != 0 || rows < 0 || rows > most_rows || data < 0 ||
                 width != static_cast<LONGLONG>(row_bytes))
                 break;
-            return bytes_of(file_, static_cast<std::uint64_t>(data),
-                            static_cast<std::uint64_t>(rows) * row_bytes);
+            return bytes_of_record(file_, static_cast<std::uint64_t>(data),
+                                   static_cast<std::uint64_t>(rows) * row_bytes);
         }
         throw InputError(fmt::format("{}: no table with a column {} of {} bytes: not an index file of "
                                      "astrometry.net with magnitudes",

@@ -19,7 +19,7 @@ namespace obscura::tools {
 namespace {
 
 constexpr std::uint64_t reported_of_a_cause = 3;
-constexpr std::size_t most_line_bytes = 65536;
+constexpr std::size_t max_catalogue_line_bytes = 65536;
 
 /// Lines of a text file, compressed by gzip or not.
 class Lines {
@@ -51,10 +51,10 @@ public:
                 line.pop_back();
                 return true;
             }
-            if (line.size() > most_line_bytes)
+            if (line.size() > max_catalogue_line_bytes)
                 throw InputError(fmt::format("{}:{}: a line of more than {} bytes: no star catalogue in text "
                                              "form",
-                                             name_, number_, most_line_bytes));
+                                             name_, number_, max_catalogue_line_bytes));
         }
     }
     [[nodiscard]] std::uint64_t number() const { return number_; }

@@ -29,7 +29,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(from, text.find_last_not_of(" \t\r\"") - from + 1);
 }
 
-std::vector<std::string_view> split(std::string_view line, char separator) {
+std::vector<std::string_view> split_row(std::string_view line, char separator) {
     std::vector<std::string_view> fields;
     while (true) {
         const auto end = line.find(separator);
@@ -82,7 +82,7 @@ public:
     StarRow read(std::string_view line, std::uint64_t number) override {
         line = trimmed(line);
         if (line.empty() || line.front() == '#') return StarRow::skip();
-        const std::vector<std::string_view> fields = split(line, ',');
+        const std::vector<std::string_view> fields = split_row(line, ',');
         if (!has_heading_) {
             has_heading_ = true;
             names_.assign(fields.begin(), fields.end());
@@ -142,7 +142,7 @@ public:
         constexpr std::size_t hip = 1, v = 5, ra = 8, dec = 9, parallax = 11, motion_ra = 12, motion_dec = 13,
                               colour = 37, type = 76, count = 77;
         if (trimmed(line).empty()) return StarRow::skip();
-        const std::vector<std::string_view> fields = split(line, '|');
+        const std::vector<std::string_view> fields = split_row(line, '|');
         if (fields.size() < count) return StarRow::refuse(too_short);
         CatalogueStar star;
         if (!set_place(star_number(fields[ra]), star_number(fields[dec]), star))
@@ -170,7 +170,7 @@ public:
         constexpr std::size_t id = 0, ra = 2, dec = 3, motion_ra = 4, motion_dec = 5, bt = 17, vt = 19,
                               observed_ra = 24, observed_dec = 25, count = 26;
         if (trimmed(line).empty()) return StarRow::skip();
-        const std::vector<std::string_view> fields = split(line, '|');
+        const std::vector<std::string_view> fields = split_row(line, '|');
         if (fields.size() < count) return StarRow::refuse(too_short);
         CatalogueStar star;
         if (!set_place(star_number(fields[ra]), star_number(fields[dec]), star) &&

@@ -30,7 +30,7 @@ using renderer::BodyView;
 using renderer::ScenePoses;
 
 constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
-constexpr std::uint64_t most_instants = 1'000'000;
+constexpr std::uint64_t max_pose_instants = 1'000'000;
 constexpr const char* convention =
     "quaternion w x y z, turns vectors of the camera's axes (x right, y down, z boresight) into the inertial "
     "frame";
@@ -185,9 +185,10 @@ private:
         else {
             const double step_s = std::isnan(step_s_) ? 1 : step_s_;
             const double count = std::floor((to_s_ - from_s_) / step_s + 1e-9) + 1;
-            if (count > static_cast<double>(most_instants))
-                throw host::UsageError(fmt::format(
-                    "obscura pose: {:.0f} poses from --from to --to: allowed are {}", count, most_instants));
+            if (count > static_cast<double>(max_pose_instants))
+                throw host::UsageError(
+                    fmt::format("obscura pose: {:.0f} poses from --from to --to: allowed are {}", count,
+                                max_pose_instants));
             for (double i = 0; i < count; ++i)
                 times.push_back(from_s_ + i * step_s);
         }

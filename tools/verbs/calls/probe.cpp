@@ -11,7 +11,7 @@ namespace obscura::tools {
 namespace {
 
 /// "-" for null.
-std::string number(const host::CallJson& value, const char* unit, int digits) {
+std::string probe_number(const host::CallJson& value, const char* unit, int digits) {
     return value.is_number() ? fmt::format("{:.{}g} {}", value.get<double>(), digits, unit)
                              : std::string("-");
 }
@@ -61,21 +61,21 @@ private:
         row("frame", fmt::format("{}, pixel {}, {}", answer.at("frame").get<std::uint64_t>(), x_, y_));
         row("digital number", fmt::format("{} DN", answer.at("dn").get<std::uint32_t>()));
         const host::CallJson& electrons = answer.at("electrons");
-        row("electrons, estimated", number(electrons.at("estimated"), "e-", 6) + "   " +
+        row("electrons, estimated", probe_number(electrons.at("estimated"), "e-", 6) + "   " +
                                         for_terminal(answer.at("formula").get<std::string>()));
-        row("electrons, expected", number(electrons.at("exact"), "e-", 6));
+        row("electrons, expected", probe_number(electrons.at("exact"), "e-", 6));
         for (const host::CallJson& band : answer.at("bands"))
-            row("irradiance", number(band.at("irradiance_w_m2"), "W/m2", 6) + "   " +
+            row("irradiance", probe_number(band.at("irradiance_w_m2"), "W/m2", 6) + "   " +
                                   for_terminal(band.at("name").get<std::string>()));
         const host::CallJson& body = answer.at("body");
         row("body", body.is_string() ? for_terminal(body.get<std::string>()) : "-");
         if (!body.is_string()) return;
-        row("range", number(answer.at("range_m"), "m", 9));
-        row("latitude, longitude", number(answer.at("latitude_deg"), "deg", 7) + ", " +
-                                       number(answer.at("longitude_deg"), "deg", 7));
-        row("incidence, emission", number(answer.at("incidence_deg"), "deg", 7) + ", " +
-                                       number(answer.at("emission_deg"), "deg", 7));
-        row("phase", number(answer.at("phase_deg"), "deg", 7));
+        row("range", probe_number(answer.at("range_m"), "m", 9));
+        row("latitude, longitude", probe_number(answer.at("latitude_deg"), "deg", 7) + ", " +
+                                       probe_number(answer.at("longitude_deg"), "deg", 7));
+        row("incidence, emission", probe_number(answer.at("incidence_deg"), "deg", 7) + ", " +
+                                       probe_number(answer.at("emission_deg"), "deg", 7));
+        row("phase", probe_number(answer.at("phase_deg"), "deg", 7));
     }
 
     std::uint32_t x_ = 0, y_ = 0;
