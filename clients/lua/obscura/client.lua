@@ -8,7 +8,7 @@ local errors = require "obscura.errors"
 local messagepack = require "obscura.messagepack"
 local sha256 = require "obscura.sha256"
 
-local VERSION = "0.1.0"
+local VERSION = "0.2.0"
 
 --- A connection and its scene. Names and units of keys are those of scene files. Close it with close(), or declare it
 --- `local camera <close>`. All methods throw tables with `code`, `message`, `field`, `allowed` and `hint`. `calls` has each

@@ -16,4 +16,4 @@ from .picture import Picture
 from .server import start
 
 __all__ = ["Camera", "Client", "ConnectionLost", "Frame", "ObscuraError", "Picture", "RequestError", "connect", "connect_camera", "start"]
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -6,6 +6,6 @@ Gem::Specification.new do |s|
   s.authors = ['Obscura maintainers']
   s.platform = Gem::Platform::RUBY
   s.license = 'Apache-2.0'
-  s.version = ENV['VERSION'] || '0.1.0'
+  s.version = ENV['VERSION'] || '0.2.0'
   s.files = Dir.glob('{targets}/**/*') + %w(plugin.txt)
 end

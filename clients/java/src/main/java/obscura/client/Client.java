@@ -26,7 +26,7 @@ import obscura.client.calls.Status;
  */
 public final class Client implements AutoCloseable {
     /** Version of this package. */
-    public static final String VERSION = "0.1.0";
+    public static final String VERSION = "0.2.0";
     /** Where `obscura serve` listens by itself. */
     public static final String DEFAULT_ADDRESS = "127.0.0.1:5152";
 
