@@ -100,6 +100,14 @@ for name in OWN_ROOMS:
     if name not in sources:
         complaints.append(f"house_test.py: there is no {name}: take it out of OWN_ROOMS")
 
+# The table of folders in docs/architecture.md is the one above.
+table = (ROOT / "docs/architecture.md").read_text()
+rows = dict(re.findall(r"^\| `(\w+)/` \|[^|]*\|([^|]*)\| `[^|]*` \|$", table, re.MULTILINE))
+for folder in sorted(ALLOWED.keys() | rows.keys()):
+    written = set(re.findall(r"\w+", rows.get(folder, ""))) | {folder}
+    if folder not in rows or written != ALLOWED.get(folder):
+        complaints.append(f"docs/architecture.md: the row of {folder}/ differs from what house_test.py allows it to include")
+
 # Public headers are installed alone: they include only each other.
 public = {}
 for lists in sorted(ROOT.glob("*/**/CMakeLists.txt")):
