@@ -8,7 +8,7 @@
  *
  * Outputs: picture, single, height x width; truth, 11 x (1 + bodies); flags, 4: see obscura_block.h.
  *
- * Build: see docs/clients-octave.md. */
+ * Build: see docs/clients.md. */
 #define S_FUNCTION_NAME obscura_sfun
 #define S_FUNCTION_LEVEL 2
 

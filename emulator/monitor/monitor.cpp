@@ -101,7 +101,7 @@ std::vector<service::Result> state_results() {
             {"heartbeats", "array of maps", "", "Of each supervised thread: name, age_s, silent"},
             {"threads", "array of maps", "", "Scheduling, cores and processor time of each thread"},
             {"cameras", "array of maps", "",
-             "State, verdict, counters and latencies of each camera, see docs/monitor.md"}};
+             "State, verdict, counters and latencies of each camera, see docs/control.md"}};
 }
 
 std::vector<service::Result> events_results() {

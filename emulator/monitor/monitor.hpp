@@ -46,7 +46,7 @@ public:
     /// Takes a snapshot of the counters each second, and answers what has been asked.
     void tick();
 
-    /// The answer to "state": see docs/monitor.md. Made once between two calls of tick(), however many ask.
+    /// The answer to "state": see docs/control.md. Made once between two calls of tick(), however many ask.
     [[nodiscard]] std::string state();
     /// The answer to "events": log lines with ids above `after`, oldest first, at most `most`.
     [[nodiscard]] static std::string events(std::uint64_t after, std::uint64_t most);

@@ -113,13 +113,13 @@ if language == "java":
     if not shutil.which("java") or not classes:
         skip("no Java Development Kit (Debian package default-jdk-headless)")
     examples = source / "clients" / "java" / "examples"
-    first, page = examples / "First.java", source / "docs" / "clients-java.md"
+    first, page = examples / "First.java", source / "docs" / "clients.md"
 else:
     if not shutil.which("lua5.4") or subprocess.run(["lua5.4", "-e", 'require "socket.unix"'], capture_output=True).returncode:
         skip("no Lua 5.4 with LuaSocket (Debian packages lua5.4, lua-socket)")
     environment["LUA_PATH"] = f"{source}/clients/lua/?.lua;{source}/clients/lua/?/init.lua;;"
     examples = source / "clients" / "lua" / "examples"
-    first, page = examples / "first.lua", source / "docs" / "clients-lua.md"
+    first, page = examples / "first.lua", source / "docs" / "clients.md"
 
 
 def run(program, *words, in_folder):

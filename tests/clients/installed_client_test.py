@@ -43,9 +43,9 @@ flags = shlex.split(subprocess.check_output(
     env={**os.environ, "PKG_CONFIG_PATH": str(library.parent / "pkgconfig")}))
 run(cc, "-std=c11", "-Wall", "-Wextra", "-Werror", source / "clients/c/examples/first.c", *flags, "-lm", "-o", work / "first")
 run(cxx, "-std=c++17", "-Wall", "-Wextra", "-Werror", source / "clients/cpp/examples/first.cpp", *flags, "-o", work / "first_cpp")
-# The program that the page begins with
-page = (source / "docs/clients-c.md").read_text().split("\n\nis the example")[0]
-(work / "page.cpp").write_text("".join(line[4:] + "\n" for line in page.splitlines() if line.startswith("    ")))
+# The program that the section of the page begins with
+page = (source / "docs/clients.md").read_text().split("\n### C and C++\n\n")[1].split("\n\n`")[0]
+(work / "page.cpp").write_text("".join(line[4:] + "\n" for line in page.splitlines()))
 run(cxx, "-std=c++17", "-Wall", "-Wextra", "-Werror", work / "page.cpp", *flags, "-o", work / "page")
 for program in work / "page", work / "first", work / "first_cpp", work / "consumer/first_c", work / "consumer/first_cpp":
     done = subprocess.run([program], env={**os.environ, "OBSCURA": "/nowhere", "LD_LIBRARY_PATH": str(library.parent)},

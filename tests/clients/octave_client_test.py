@@ -42,9 +42,9 @@ with tempfile.TemporaryDirectory(prefix="obscura-octave-") as folder:
     same = flown.stdout.splitlines() == wanted.stdout.splitlines()[:3] and len(flown.stdout.splitlines()) == 3
     print(f"{'ok' if same else 'NOT OK'} - the rendezvous is that of Python")
 
-    # The page begins with the first example.
-    page = (source / "docs" / "clients-octave.md").read_text().split("\n\nis the example")[0]
-    shown = [line[4:] for line in page.splitlines() if line.startswith("    ")]
+    # The section of the page begins with the first example.
+    page = (source / "docs" / "clients.md").read_text().split("\n### Octave and MATLAB\n\n")[1].split("\n\nis ")[0]
+    shown = [line[4:] for line in page.splitlines()]
     first = [line for line in (client / "examples" / "first.m").read_text().splitlines() if line and not line.startswith("%")]
     nearer = run(*octave, client / "examples" / "first.m").stdout.split("\n")
     good = shown == first and nearer[0] == "nearest surface 39.000 m" and nearer[9] == "nearest surface 30.000 m"

@@ -28,7 +28,7 @@ from web_server import Web  # noqa: E402
 
 obscurad, obscura, web, source = *sys.argv[1:4], pathlib.Path(sys.argv[4])
 PATIENCE_S = 60  # a busy machine, a sanitizer
-NAMES = source / "docs/monitor.md"
+NAMES = source / "docs/control.md"
 failures = []
 
 
@@ -177,7 +177,7 @@ listen = "{triggers}\""""))
     # Only a camera that sends has first bytes, and only a clock with a reference an offset.
     others = {"obscura_trigger_to_first_byte_seconds", "obscura_clock_offset_seconds", "obscura_ptp_offset_seconds",
               "obscura_ptp_path_delay_seconds"}
-    check("the names are those of docs/monitor.md", documented == set(types) | others, documented ^ set(types))
+    check("the names are those of docs/control.md", documented == set(types) | others, documented ^ set(types))
     check("at most 400 series", len(values) <= 400, len(values))
     check("the buffers are those of the pool", of(values, "obscura_frame_pool_frames", state="free") > 0 and
           total(values, "obscura_frame_pool_frames") >= 3)

@@ -131,8 +131,9 @@ socket = "{path}"
         return json.loads(client.recv(1 << 18))
 
     verbs = {row["name"]: row for row in raw(verb="describe")["verbs"]}
-    named = re.findall(r"^\| (`[^|]*`) \|", (source / "docs/monitor.md").read_text(encoding="utf-8").split("\n## For programs\n")[1], re.M)
-    check("the verbs are those of docs/monitor.md", set(verbs) == set(re.findall(r"`(\w+)`", " ".join(named))), (set(verbs), named))
+    table = (source / "docs/control.md").read_text(encoding="utf-8").split("\n| verb | answer |\n")[1].split("\n\n")[0]
+    named = re.findall(r"^\| (`[^|]*`) \|", table, re.M)
+    check("the verbs are those of docs/control.md", set(verbs) == set(re.findall(r"`(\w+)`", " ".join(named))), (set(verbs), named))
     check("each has help, permission, fields and results", all(row["help"] and row["permission"] == "view" and row["results"] and all(
         {"name", "type", "help", "default"} <= field.keys() for field in row["fields"]) for row in verbs.values()), verbs)
     for verb in "state", "events", "watch":

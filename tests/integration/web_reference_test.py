@@ -79,7 +79,7 @@ def described(schema):
 
 lines = ["# The interface of obscura-web", "",
          "Generated from `obscura-web --print-interface`, which is the table that the server itself works with; do not edit. How it is meant is in",
-         "[monitor.md](../monitor.md#in-a-browser). `{camera}` is the `id` of a camera in the answer to `/api/v1/state`. A token stands in the header",
+         "[control.md](../control.md#over-http). `{camera}` is the `id` of a camera in the answer to `/api/v1/state`. A token stands in the header",
          "`Authorization: Bearer TOKEN`. Bodies are JSON objects, sent as `Content-Type: application/json`. Counts and instants that may exceed 2^53 are texts.",
          "Each change takes a header `Idempotency-Key`, PATCH and PUT `If-Match`, a trigger `Prefer: respond-async`.", ""]
 for path, item in document["paths"].items():

@@ -316,8 +316,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     check("labels are those of the table", routes <= {o["operationId"] for item in json.loads(one.ask("/api/v1/openapi.json").text)["paths"].values()
                                                       for o in item.values()} | {"other", "live", "unreadable"}, routes)
     families = set(re.findall(r"^# TYPE (obscura_web_\S+)", one.ask("/metrics").text, re.M))
-    check("their names are those of docs/monitor.md, and those that the alert rules and the dashboard use", families == set(
-        re.findall(r"`(obscura_web_[a-z_]+)", (source / "docs/monitor.md").read_text())) and set(
+    check("their names are those of docs/control.md, and those that the alert rules and the dashboard use", families == set(
+        re.findall(r"`(obscura_web_[a-z_]+)", (source / "docs/control.md").read_text())) and set(
         re.findall(r"obscura_web_[a-z_]+", "".join((source / "config/monitoring" / f).read_text() for f in ("alerts.yml", "dashboard.json")))) <= families, families)
     if shutil.which("promtool"):
         told = subprocess.run(["promtool", "check", "metrics"], input=one.ask("/metrics").text, capture_output=True, text=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A reader of a daemon's frame ring, in Python: see "The frame ring" of docs/live-pictures.md.
+"""A reader of a daemon's frame ring, in Python: see "The frame ring" of docs/control.md.
 
     ring = RingReader("/run/obscura/obscurad-1.socket")
     ring.watch()                # frames are copied for the next 2 s

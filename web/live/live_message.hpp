@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages of the WebSocket /api/v1/live, without the socket: see docs/monitor.md.
+// Messages of the WebSocket /api/v1/live, without the socket: see docs/control.md.
 #pragma once
 
 #include "transports/watch/frame_ring_layout.hpp"

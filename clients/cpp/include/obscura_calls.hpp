@@ -525,7 +525,7 @@ struct State {
         Value heartbeats{};
         /// Scheduling, cores and processor time of each thread
         Value threads{};
-        /// State, verdict, counters and latencies of each camera, see docs/monitor.md
+        /// State, verdict, counters and latencies of each camera, see docs/control.md
         Value cameras{};
         /// Scenes of scene.show that were shown, and refused, since the start
         Value scenes{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first example of docs/clients-java.md: a ball comes nearer. Run: java -cp obscura-client.jar First.java
+// The first example of docs/clients.md: a ball comes nearer. Run: java -cp obscura-client.jar First.java
 import static obscura.client.Keys.keys;
 
 import java.nio.file.Files;

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The first example of docs/clients-lua.md: a ball comes nearer. Run:
+-- The first example of docs/clients.md: a ball comes nearer. Run:
 -- LUA_PATH="clients/lua/?.lua;clients/lua/?/init.lua;;" lua5.4 first.lua
 local obscura = require "obscura"
 local camera <close> = obscura.start()

@@ -263,7 +263,7 @@ end
 ---@field ptp? table<string, any> With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock
 ---@field heartbeats? table<string, any>[] Of each supervised thread: name, age_s, silent
 ---@field threads? table<string, any>[] Scheduling, cores and processor time of each thread
----@field cameras? table<string, any>[] State, verdict, counters and latencies of each camera, see docs/monitor.md
+---@field cameras? table<string, any>[] State, verdict, counters and latencies of each camera, see docs/control.md
 ---@field scenes? table<string, any> Scenes of scene.show that were shown, and refused, since the start
 
 --- Tells what the daemon and its cameras do, as the verb `state` of the monitor does.

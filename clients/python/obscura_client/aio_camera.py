@@ -59,5 +59,5 @@ class Camera(AsyncSession):
             await stream.aclose()
 
     async def state(self) -> Dict[str, Any]:
-        """What the daemon and all its cameras do: see docs/monitor.md."""
+        """What the daemon and all its cameras do: see docs/control.md."""
         return await self.call("state")

@@ -143,7 +143,7 @@ class StateAnswer(TypedDict, total=False):
     heartbeats: List[Dict[str, Any]]
     # Scheduling, cores and processor time of each thread
     threads: List[Dict[str, Any]]
-    # State, verdict, counters and latencies of each camera, see docs/monitor.md
+    # State, verdict, counters and latencies of each camera, see docs/control.md
     cameras: List[Dict[str, Any]]
     # Scenes of scene.show that were shown, and refused, since the start
     scenes: Dict[str, Any]

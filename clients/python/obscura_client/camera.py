@@ -176,7 +176,7 @@ class Camera(Session):
     # Daemon
 
     def state(self) -> Dict[str, Any]:
-        """What the daemon and all its cameras do: see docs/monitor.md."""
+        """What the daemon and all its cameras do: see docs/control.md."""
         return self.call("state")
 
     def configuration(self) -> Dict[str, Any]:

@@ -37,7 +37,7 @@ public:
         line.number("--watch", &watch_s_, "SECONDS",
                     "Show it again every SECONDS, 1 if that is not said, until interrupted; 0: once", 0, 3600)
             .without_value = "1";
-        line.flag("--json", json_, "Print one JSON object a line for each daemon, as docs/monitor.md says");
+        line.flag("--json", json_, "Print one JSON object a line for each daemon, as docs/control.md says");
         line.examples = {"obscura status", "obscura status --watch",
                          "obscura status --json | jq '.cameras[0].recent'",
                          "obscura status --url https://bench.example.org:8420"};

@@ -20,7 +20,7 @@ public final class State extends Call<State.Result> {
      * @param ptp With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock
      * @param heartbeats Of each supervised thread: name, age_s, silent
      * @param threads Scheduling, cores and processor time of each thread
-     * @param cameras State, verdict, counters and latencies of each camera, see docs/monitor.md
+     * @param cameras State, verdict, counters and latencies of each camera, see docs/control.md
      * @param scenes Scenes of scene.show that were shown, and refused, since the start
      */
     public record Result(Map<String, Object> daemon, Map<String, Object> ptp,
