@@ -1,2 +1,2 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of the targets that hold precompiled headers (Precompiled.cmake), which need a source file.
+// Empty source file of the targets that hold precompiled headers (Precompiled.cmake).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// FNV-1a of 64 bits: tells texts apart that nobody means to confuse.
+// FNV-1a, 64 bit: hash for keys that are not adversarial.
 #pragma once
 
 #include <cstdint>

@@ -15,7 +15,7 @@
 namespace obscura::host {
 namespace {
 
-/// After a call of a socket with the patience of a client has failed.
+/// Reports a failed call of a socket that has a timeout.
 [[noreturn]] void fail(const std::string& what) {
     if (errno == EAGAIN) throw NoAnswer(fmt::format("{}: no answer within {} s", what, monitor_patience_s));
     throw HardwareError(fmt::format("{}: {}", what, std::strerror(errno)));

@@ -36,7 +36,7 @@ fs::path temporary_folder() {
     return fmt::format("/tmp/obscura-{}", ::geteuid());
 }
 
-/// Anybody can make folders in /tmp: only one of this user's own is looked into.
+/// Every user can make folders in /tmp: only one of this user's own is searched.
 bool trusted(const fs::path& folder) {
     struct stat status {};
     return folder != temporary_folder() ||

@@ -30,7 +30,7 @@ public:
     /// `quantile`: value that the given share of the pixels does not exceed; `full_scale`: largest value that
     /// a pixel can have.
     ToneCurve(const Stretch& stretch, const std::function<double(double)>& quantile, double full_scale);
-    /// Of the finite values of an image; full scale is the largest.
+    /// Curve for the finite values of an image; full scale is the largest.
     ToneCurve(const Stretch& stretch, const std::vector<float>& image);
 
     [[nodiscard]] double level(double value) const;

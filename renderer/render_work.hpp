@@ -23,7 +23,7 @@ constexpr std::size_t render_part_count = 6;
 /// sums over the render threads.
 struct RenderWork {
     std::array<std::int64_t, render_part_count> part_ns{}; ///< by RenderPart, other programs' time included
-    /// Of a sample of that time: elapsed, and in which the threads ran. The rest went to other programs.
+    /// A sample of that time: elapsed, and in which the threads ran. The rest went to other programs.
     std::int64_t measured_ns = 0, measured_cpu_ns = 0;
     std::uint64_t preemptions = 0; ///< involuntary context switches of the threads
     std::uint64_t page_faults = 0; ///< of the threads, for memory that came from disk
@@ -35,7 +35,7 @@ struct RenderWork {
     std::uint64_t surface_hits = 0;
     std::array<std::uint64_t, 4> surface_coarser{};
     std::uint64_t tiles_missed = 0; ///< look-ups of tiles that were not there
-    /// Of reprojected rows: pixels that were hidden in the earlier frame, or outside of it.
+    /// Pixels of reprojected rows that were hidden in the earlier frame, or outside of it.
     std::uint64_t pixels_filled = 0;
 
     [[nodiscard]] std::int64_t& operator[](RenderPart part) noexcept {

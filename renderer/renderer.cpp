@@ -423,8 +423,7 @@ struct Renderer::Impl {
             surface_coarser[k].fetch_add(counts.coarser[k], std::memory_order_relaxed);
         counts = {};
     }
-    /// Of what rows belong to: see frame_key(); and the memory of the thread that does them alone, if one
-    /// does.
+    /// Frame key and, for single-threaded requests, the scratch buffer.
     struct RowsOf {
         std::uint64_t frame = 0;
         Scratch* alone = nullptr;
@@ -435,7 +434,7 @@ struct Renderer::Impl {
     [[nodiscard]] static Scratch* alone_scratch(const RenderRequest& request) {
         return request.alone != nullptr ? &request.alone->impl_->scratch : nullptr;
     }
-    /// Of the calling thread.
+    /// Scratch buffer of the calling thread.
     [[nodiscard]] Scratch& own_scratch(Scratch* alone) const {
         return alone != nullptr ? *alone : scratch.local();
     }

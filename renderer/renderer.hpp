@@ -255,7 +255,7 @@ public:
     bool load_tiles(const RenderRequest& request, const std::function<bool(double share)>& go_on) const;
     /// Tiles of terrains made so far, and visibilities of the Sun in them, those replaced since included.
     [[nodiscard]] std::uint64_t tiles_made() const noexcept;
-    /// Of each terrain: a body that has it, tiles made so far, and how many there is room for.
+    /// Per terrain: name, tiles built, tile capacity.
     struct TerrainTiles {
         std::string body;
         std::uint64_t made = 0, slots = 0;

@@ -44,7 +44,7 @@ public:
     /// until it has been sent. Throws Failure (too_large) if there are too many.
     virtual void reserve(std::uint64_t /*bytes*/) {}
 
-    // Of calls that send frames of a stream, each for a credit of the client.
+    // For calls that send frames of a stream, each for a credit of the client.
 
     /// The client's first credits.
     virtual void grant(std::uint32_t /*credits*/) {}

@@ -150,7 +150,7 @@ private:
     std::optional<Clock::time_point> ends_;
     bool shut_ = false; ///< nothing is sent any more
 
-    // Of the thread that runs calls in their order.
+    // Used by the thread that runs calls in their order:
     std::unique_ptr<Session> session_; ///< null: nothing has been asked of it
     Calls calls_;                      ///< all, once there is a session
     MemoryAccount::Share ring_share_;

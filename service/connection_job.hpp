@@ -24,7 +24,7 @@ void check_permission(const Call& call, Permission permission);
 /// Made by the server's thread; then of the thread that runs it, but for what is atomic, and `credits`.
 class Connection::Job final : public Work {
 public:
-    /// Of a client with that permission. `the_text`: the head, unless it has been read already.
+    /// Request of a client with that permission. `the_text`: the head, unless it has been read already.
     Job(Connection& connection, std::uint32_t the_id, std::string the_text, nlohmann::json the_request)
         : id(the_id),
           granted(connection.access_.permission.value_or(Permission::view)),

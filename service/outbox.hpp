@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages on their way to one client: what has arrays never holds up what has none.
+// Send queue of one client, two lanes: control messages overtake arrays.
 #pragma once
 
 #include "service/message.hpp"
@@ -28,7 +28,7 @@ public:
     /// a lane has left.
     bool send(int socket, std::size_t most);
 
-    /// Messages of lanes that have left: whoever takes them frees their arrays.
+    /// Messages of lanes that have left; the caller frees their arrays.
     [[nodiscard]] std::vector<Outgoing> take_sent();
     [[nodiscard]] bool has_sent() const noexcept { return !sent_.empty(); }
 

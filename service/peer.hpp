@@ -38,7 +38,7 @@ public:
     [[nodiscard]] virtual bool at_rest() const noexcept = 0;
 };
 
-/// A listening socket and what is spoken there.
+/// Listening endpoint: a socket and the protocol spoken there.
 struct Door {
     Listener listener;
     /// Makes the connection of a client; `wake` may be called on any thread, to have events() asked again.

@@ -34,7 +34,7 @@ void Conditioner::on_trigger(const Trigger& trigger) noexcept {
     Trigger passed = trigger;
     passed.id = position / settings_.divider + 1;
     passed.edge += settings_.delay_ns;
-    // Of every n-th edge the source does not say when it comes.
+    // With a divider the source does not say when the next passed edge comes.
     if (passed.next != Trigger::unknown_edge)
         passed.next = settings_.divider == 1 ? passed.next + settings_.delay_ns : Trigger::unknown_edge;
     next_.on_trigger(passed);

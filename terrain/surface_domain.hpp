@@ -60,7 +60,7 @@ public:
     /// e that of the neighbour's coordinate 1 - e across the same edge, so that faces share the vertices on
     /// both sides of it; a plane goes on.
     [[nodiscard]] Vec3 point(std::uint8_t face, double u, double v) const;
-    /// Of a point of the reference surface, or above or below it.
+    /// Place of a point of the reference surface, or above or below it.
     [[nodiscard]] Place place_of(Vec3 position_m) const;
     /// The tile of a level that has a place; one, also on its edges.
     [[nodiscard]] static TileKey tile_at(const Place& place, int level);

@@ -28,7 +28,7 @@ struct HttpLimits {
     std::size_t streams = 24;
     std::uint32_t header_bytes = 8192;
     std::uint64_t body_bytes = 65536;
-    /// Of all answers that are being sent; a single one may be larger.
+    /// Size of all answers that are being sent; a single one may be larger.
     std::size_t answer_bytes = std::size_t{64} << 20;
     std::chrono::milliseconds header_ms{2000}; ///< from the first byte of a request to the end of its header
     std::chrono::milliseconds body_ms{5000}, idle_ms{30000};
@@ -40,7 +40,7 @@ void set_limits(Parser& parser, const HttpLimits& limits);
 
 /// Views of the message.
 [[nodiscard]] Request request_of(const boost::beast::http::request<boost::beast::http::string_body>& message);
-/// Of a request that cannot be read.
+/// Refusal of a request that cannot be read.
 [[nodiscard]] Response refusal_of(boost::beast::error_code error);
 
 /// What a connection would answer to the first request in `bytes` without doing its job, for tests and

@@ -27,7 +27,7 @@ public:
     HttpServer(const HttpServer&) = delete;
     HttpServer& operator=(const HttpServer&) = delete;
 
-    /// Of the first address, and of all.
+    /// Port of the first address, and ports of all.
     [[nodiscard]] std::uint16_t port() const { return ports().front(); }
     [[nodiscard]] std::vector<std::uint16_t> ports() const;
     /// Serves live pictures, too; before run().
@@ -41,8 +41,8 @@ private:
     const std::unique_ptr<Impl> impl_;
 };
 
-/// Of an address "HOST:PORT": whether it is of the loopback interface, whether it is that of all interfaces,
-/// whether this machine has it, and its first part as in an URL. These throw InputError if it is no address.
+/// Whether an address "HOST:PORT" is of the loopback interface, is that of all interfaces, or is one of this
+/// machine, and its first part as in an URL. These throw InputError if it is no address.
 [[nodiscard]] bool is_loopback(const std::string& address);
 [[nodiscard]] bool is_wildcard(const std::string& address);
 [[nodiscard]] bool is_here(const std::string& address);

@@ -27,7 +27,7 @@ public:
     /// empty.
     [[nodiscard]] std::int64_t quantile_ns(double q) const noexcept;
     [[nodiscard]] std::int64_t max_ns() const noexcept { return max_.load(std::memory_order_relaxed); }
-    /// Of all spans; negative ones count as 0.
+    /// Sum of all spans; negative ones count as 0.
     [[nodiscard]] std::int64_t sum_ns() const noexcept { return sum_.load(std::memory_order_relaxed); }
     /// Spans up to each of latency_bounds_us, exactly.
     using Shown = std::array<std::uint64_t, latency_bounds_us.size()>;

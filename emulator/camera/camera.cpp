@@ -343,7 +343,7 @@ std::optional<Time> Camera::expected_edge() const noexcept {
     const sync::Trigger& last = router_.gate().current();
     if (last.next == sync::Trigger::unknown_edge)
         return predicted || !line_known_ ? predicted : router_.next_line_edge(last.edge);
-    // Of every n-th edge the loop knows the distance, and the source the instant.
+    // With a divider the loop knows the distance of the edges, and the source their instant.
     const std::int64_t period_ns = last.next - last.edge;
     if (!predicted || period_ns <= 0) return last.next;
     const std::int64_t edges = (*predicted - last.edge + period_ns / 2) / period_ns;

@@ -62,8 +62,8 @@ struct CameraCounters {
     std::uint64_t dropped = 0;           ///< pool empty, or no transport took the frame
     LodCounters lod;                     ///< frames with tiles missing
     std::uint64_t frames = 0;            ///< frames passed to at least one transport
-    /// Of those, frames that viewers alone have taken: each transport for receivers refused them, because it
-    /// has none, or no room.
+    /// Frames among those that viewers alone have taken: each transport for receivers refused them, because
+    /// it has none, or no room.
     std::uint64_t unsent = 0;
     std::uint64_t complete = 0; ///< frames with all rows released
     std::uint64_t late = 0;     ///< complete frames with rows that were not ready in time

@@ -63,7 +63,7 @@ struct QualityCounters {
     std::uint64_t failed = 0;                               ///< of those: their error is above the floor
     std::array<std::uint64_t, quality_level_count> worst{}; ///< frames by the worst level of their rows
 
-    // Of the last frame rendered; from two consecutive ones if it is read meanwhile.
+    // Level of the last frame rendered; from two consecutive ones if it is read meanwhile.
     QualityLevel last_level = QualityLevel::full;
     std::uint32_t last_reasons = 0;
     std::int32_t last_rows_degraded = 0;
@@ -175,7 +175,7 @@ public:
         return renderer_.load() == &renderer || (render_thread_ != nullptr && render_thread_->uses(renderer));
     }
 
-    /// Of the frames prepared last. Thread-safe.
+    /// Origins of the frames prepared last. Thread-safe.
     [[nodiscard]] const FrameOrigins& origins() const noexcept { return origins_; }
 
     /// Row blocks exposed in the detector since construction. Thread-safe.
@@ -250,7 +250,7 @@ private:
     std::atomic<std::int64_t> detector_rows_ns_{0}; ///< time that the detector needs for rows_at_a_time
     std::atomic<std::uint64_t> degraded_{0}, failed_{0};
     std::array<std::atomic<std::uint64_t>, quality_level_count> worst_{};
-    // Of the last frame rendered, see QualityCounters.
+    // State of the last frame rendered, see QualityCounters.
     std::atomic<QualityLevel> last_level_{QualityLevel::full};
     std::atomic<std::uint32_t> last_reasons_{0};
     std::atomic<std::int32_t> last_rows_degraded_{0};

@@ -11,11 +11,11 @@
 namespace obscura::emulator {
 namespace {
 
-/// Of the dark current of hot pixels, to the mean.
+/// Dark current of a hot pixel over the mean.
 constexpr double hot_ratio = 10;
-/// Of a digital number, in the place of a dark current.
+/// Stands for the dark current of a stuck pixel.
 constexpr float stuck_heat = 1e30F;
-/// Of a sensor, for windows of any place.
+/// Largest number of hot pixels of a sensor, for windows at any place.
 constexpr std::size_t most_of_sensor = 16'384;
 
 std::span<const FrameWindow> windows_of(const FrameInfo& frame) {

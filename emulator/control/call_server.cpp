@@ -45,7 +45,7 @@ std::filesystem::path scenes_of(const DaemonConfig& config) {
                                          : std::filesystem::path(config.control.scenes);
 }
 
-/// A camera is not to stay down for a socket whose place nobody has chosen.
+/// The default socket is optional: a camera starts without it.
 void add_automatic_socket(std::vector<service::Listener>& listeners) {
     const std::filesystem::path path = host::own_calls_socket();
     try {

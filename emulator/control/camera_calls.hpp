@@ -26,7 +26,7 @@ struct CameraNumber {
     [[nodiscard]] service::Fields fields() { return {{camera_key(&camera)}}; }
 };
 
-/// Of one client. Thread-bound to the thread that runs its calls.
+/// Camera calls of one client. Thread-bound to the thread that runs its calls.
 class CameraCalls {
 public:
     using Cameras = std::vector<std::unique_ptr<ControlledCamera>>;

@@ -12,7 +12,7 @@
 
 namespace obscura::emulator {
 
-/// Of the call, and of what it has changed among the sources of values.
+/// Name of the call, and of what it has changed among the sources of values.
 constexpr const char* set_configuration_name = "configuration.set";
 
 /// The answer for `config`.

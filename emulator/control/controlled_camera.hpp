@@ -28,7 +28,7 @@ class RecentTiming;
 struct ControlledCamera {
     Camera& camera;
     const Clock& clock;
-    /// Runs work where nobody else changes the camera's settings, see Transport::run_between_commands().
+    /// Runs work while no other thread changes the camera's settings, see Transport::run_between_commands().
     std::function<void(const transports::Transport::ControlWork&)> run;
     /// Connects to the simulator port; empty: there is none.
     std::function<FileDescriptor()> connect_to_simulator;

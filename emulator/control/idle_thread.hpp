@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Thread for rare work of low priority that ends, with what it holds, when nobody has asked for long.
+// Lazily started SCHED_IDLE worker; exits and frees its state after an idle timeout.
 #pragma once
 
 #include <atomic>

@@ -51,7 +51,7 @@ private:
                                    const std::atomic<bool>& given_up);
     [[nodiscard]] PixelProbe& probe_of(std::size_t camera, const CameraUnit::ProbeSource& source);
 
-    // Of the thread.
+    // Used by the thread alone:
     tbb::task_arena alone_{1}; ///< so that workers of other renderers take no part in building a scene
     std::map<std::size_t, std::unique_ptr<PixelProbe>> probes_;
     std::atomic<std::size_t> held_{0};

@@ -18,7 +18,7 @@ struct ShownScene {
     const DaemonConfig& config; ///< of the camera
     const scene::Scene& scene;
     const PoseRings& rings;                     ///< empty without a simulator
-    std::optional<SimulatorCounters> simulator; ///< none: nobody can send poses
+    std::optional<SimulatorCounters> simulator; ///< none: no simulator can send poses
 };
 
 /// The answer to "scene.describe".

@@ -26,7 +26,7 @@ using service::Fields;
 using service::Work;
 using transports::KeptFrame;
 
-/// Of a frame at most.
+/// Interval at which the call checks for the frame that it waits for.
 constexpr std::int64_t look_period_ns = 100 * ns_per_ms;
 
 struct TruthArguments {
@@ -57,7 +57,7 @@ json json_of(const std::optional<double>& value) {
     return value ? json(*value) : json();
 }
 
-/// Of a ten thousandth of a pixel: curves of many points are short so.
+/// Rounds to a ten thousandth of a pixel, which shortens curves of many points.
 double rounded(double px) {
     return std::round(px * 1e4) / 1e4;
 }

@@ -248,7 +248,7 @@ void Daemon::report_refused_triggers() {
     for (const auto& line : lines_) {
         if (line->refusal_logged || line->refused() == 0) continue;
         line->refusal_logged = true;
-        log_warning("trigger {}: what arrived is no trigger; it is dropped and counted in the statistics",
+        log_warning("trigger {}: malformed trigger message dropped and counted as refused",
                     line->source_name());
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ages of heartbeats, from looks at their counts several times a second.
+// Ages of heartbeats, from polls of their counts several times a second.
 #pragma once
 
 #include "core/realtime/heartbeat.hpp"

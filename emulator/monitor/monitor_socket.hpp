@@ -23,7 +23,7 @@ namespace obscura::emulator {
 class MonitorSocket {
 public:
     static constexpr std::size_t most_clients = 8;
-    /// Less than the patience of clients that wait meanwhile, more than the pause of those that watch.
+    /// Less than the timeout of clients that wait meanwhile, more than the poll interval of those that watch.
     static constexpr std::int64_t idle_ns = 2 * ns_per_s;
     /// Clients ask as soon as they are connected.
     static constexpr std::int64_t mute_ns = ns_per_s / 5;

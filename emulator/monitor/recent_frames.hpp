@@ -59,7 +59,7 @@ private:
 /// Whether a camera does what it should.
 enum class Health : std::uint8_t {
     good, ///< frames come, and in time
-    idle, ///< nobody has started the acquisition, or asked for a frame
+    idle, ///< the acquisition is stopped, or no frame was requested
     bad,
 };
 constexpr auto enum_names(Health /*type*/) {

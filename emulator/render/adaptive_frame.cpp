@@ -143,7 +143,7 @@ Time AdaptiveFrame::due(std::int32_t group) const noexcept {
     // An edge that did not come when it was expected may come at any time.
     if (!claimed_.load() && clock_.now() > light_->due.front() + from_plan_ns) return never_due;
     const Group& g = groups_[static_cast<std::size_t>(group)];
-    // Of the first block that contains a row of the group.
+    // The first block that contains a row of the group counts.
     const auto block = std::find_if(light_->blocks.begin(), light_->blocks.end(), [&](const RowBlock& b) {
         return halo_above_ + b.first_row + b.rows + b.halo_below > g.first_row;
     });

@@ -34,11 +34,11 @@ struct LightUse {
 };
 
 /// Store for a frame of one window whose groups of rows have levels. A render thread fills it by a
-/// QualityController; the thread that makes the frame takes its blocks, each as good as it is when its time
-/// has come, and thereby ends the work on the groups that it took. Every pixel is that of its group's level,
-/// whenever it was rendered. Groups without any light when their time comes are made from an earlier frame by
-/// the thread that takes them, reprojected or, if even that is too late, repeated. Real-time safe after
-/// construction; a function says which thread calls it.
+/// QualityController; the thread that makes the frame takes its blocks. At its deadline a block is taken at
+/// the best quality reached; work on its groups stops. Every pixel is that of its group's level, whenever it
+/// was rendered. Groups without any light at their deadline are made from an earlier frame by the thread that
+/// takes them, reprojected or, if even that is too late, repeated. Real-time safe after construction; a
+/// function says which thread calls it.
 class AdaptiveFrame final : private LevelWork, private renderer::RowGate {
 public:
     /// For areas of at most `floats` of irradiance and `pixels` pixels, in `rows` rows. `changed` is called
@@ -86,7 +86,7 @@ public:
     void describe(FrameQuality& quality, const LightUse& use) const noexcept;
 
 private:
-    /// Of a row of pixels, about its lit ones; their light is the mean of the bands.
+    /// Sums over the lit pixels of a row; their light is the mean of the bands.
     struct RowSums {
         double light = 0, light2 = 0, variance = 0, samples = 0;
         std::int32_t lit = 0, unknown = 0;
@@ -150,7 +150,7 @@ private:
     renderer::FrameSamples samples_kept_;
     /// Bands x rows, of the mandatory and of the optional part, and of what is made from the earlier frame.
     std::array<std::vector<float>, 3> floats_;
-    /// Of the first two parts, one of which is being rendered, and of the third.
+    /// Buffers of the first two parts, one of which is being rendered, and of the third.
     std::array<std::vector<float>, 2> variance_, samples_;
     std::array<std::vector<RowSums>, 3> sums_; ///< by row of the area
     std::vector<RowTime> times_;               ///< by row of the area

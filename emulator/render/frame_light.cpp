@@ -7,7 +7,7 @@
 namespace obscura::emulator {
 namespace {
 
-/// Of frames of at most 65536 rows.
+/// Group size of frames of at most 65536 rows.
 constexpr std::int32_t largest_group_rows = FrameQuality::group_rows_for(65536);
 
 } // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is rendered for one frame: its row blocks and the instants of its rows.
+// Render job of one frame: row blocks and row times.
 #pragma once
 
 #include "core/camera/frame.hpp"
@@ -50,8 +50,8 @@ struct FrameLight {
     /// Levels of the groups of quality_group_rows rows (FrameQuality::group_rows_for()); empty: full.
     std::vector<QualityLevel> levels;
     renderer::KeptLight* keep = nullptr; ///< keeps the light of the frame: see kept_window()
-    /// Of a frame that differs in its time or in poses only: rows at the levels from reprojected on are made
-    /// of it.
+    /// Light of a frame that differs in its time or in poses only: source of the rows at the levels from
+    /// reprojected on.
     renderer::KeptLight* from = nullptr;
 
     // What decides about levels while a frame is rendered; its light depends on the levels alone.
@@ -90,7 +90,7 @@ public:
                               const std::atomic<bool>* cancel) {
         return render(light, block, out, cancel, {});
     }
-    /// Of a renderer whose workers are not to be used, if any, and what is wanted besides.
+    /// Optional: render on the calling thread, and extra outputs.
     struct Extra {
         renderer::Workspace* alone = nullptr; ///< see renderer::RenderRequest::alone
         std::span<float> samples{};           ///< lines x width, see renderer::RenderRequest::samples

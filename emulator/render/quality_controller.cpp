@@ -82,7 +82,7 @@ void QualityController::learn(QualityLevel level, std::int32_t first, std::int32
     const double own_weight = stall ? load_weight : change > 1 ? longer_weight : level_weight;
     for (std::size_t l = 0; l < level_ns_.size(); ++l)
         level_ns_[l] *= std::pow(change, l == own ? own_weight : load_weight);
-    // Of all that is left of the frame; of pixels, whatever they show.
+    // A stall says nothing of these groups, nor do levels whose cost does not depend on what pixels show.
     if (stall || level == QualityLevel::sixteenth || level == QualityLevel::reprojected) return;
     for (auto g = static_cast<std::size_t>(first); g < static_cast<std::size_t>(first + groups); ++g)
         density_[g] = std::clamp(density_[g] * std::pow(change, group_weight), 0.1, 10.0);

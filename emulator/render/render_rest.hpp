@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rest of the threads that render before all ordinary programs: those get the rest of the processor.
+// Throttle of real-time render threads, so that SCHED_OTHER tasks are not starved.
 #pragma once
 
 #include "core/time.hpp"

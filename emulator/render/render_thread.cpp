@@ -241,8 +241,8 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
         }
         discard();
     }
-    // Of a frame made from an earlier one the sparse grid may still be rendered. Of others nothing is left to
-    // do but to keep their light.
+    // A frame made from an earlier one may still need its sparse grid rendered; for others only their light
+    // is left to be recorded.
     if (const std::uint32_t jobs = jobs_.load(std::memory_order_relaxed); jobs > 0)
         if (Store& last = store(jobs - 1); !last.adapts || !last.levels->all_taken()) last.cancel = true;
     begin(light);
@@ -359,7 +359,7 @@ void RenderThread::render(Store& s) noexcept {
         end(s);
         return;
     }
-    // Of a frame that is made from another one, the work includes that one's.
+    // The work on a frame that is made from another one includes that one's.
     s.before = s.source != nullptr ? s.source->before : s.light.renderer->work();
     note_state(s);
     if (s.adapts) {

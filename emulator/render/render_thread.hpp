@@ -130,7 +130,7 @@ public:
     [[nodiscard]] AheadCounters counters() const noexcept;
 
 private:
-    /// Of a scene, as far as the light depends on it.
+    /// State of a scene, as far as the light depends on it.
     struct State {
         GroundTruth truth;
         std::array<Pose, most_lamps> lamps;

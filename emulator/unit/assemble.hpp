@@ -53,7 +53,7 @@ struct Imaging {
     CameraConfig camera;
     SceneClock nominal_scene{{}}; ///< of nominal_order()
     PoseRings poses;              ///< rings that a simulator writes to; empty without a simulator
-    std::shared_ptr<renderer::Renderer> renderer; ///< who tells of a frame may share it
+    std::shared_ptr<renderer::Renderer> renderer; ///< shared with those that describe a frame
     std::unique_ptr<sensors::Detector> detector;
     std::unique_ptr<FrameMaker> maker;
     std::unique_ptr<FramePool> pool;

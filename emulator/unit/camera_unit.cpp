@@ -80,7 +80,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
             watch_ = watch.get();
             transports_.push_back(std::move(watch));
         } catch (const HardwareError& error) {
-            log_warning("monitor.frames: none are kept: {}", error.what());
+            log_warning("monitor.frames: frame ring unavailable: {}", error.what());
         }
     }
     std::vector<std::string> kinds;

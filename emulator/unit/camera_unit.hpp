@@ -83,7 +83,7 @@ public:
     /// A connection to the simulator port; empty: there is none. Between start() and stop(); thread-safe.
     [[nodiscard]] FileDescriptor connect_to_simulator();
 
-    /// Frames for programs that look at the camera; null: neither calls nor monitor.frames.
+    /// Frames for viewers; null: neither calls nor monitor.frames.
     [[nodiscard]] transports::WatchTransport* watch() const noexcept { return watch_; }
 
     /// Injected faults of its transports; null: there are none. Between start() and stop().
@@ -144,7 +144,7 @@ private:
     };
     std::vector<Retired> retired_; ///< kept until no frame uses them
     mutable std::mutex scenes_;    ///< of retired_, shown_since_ and Imaging::renderer
-    /// Of the scene's camera, for files; frames that are under way at a reload may get those of the next
+    /// Cards of the scene's camera, for files; frames in progress at a reload may get those of the next
     /// scene.
     std::shared_ptr<images::SharedCards> lens_cards_;
     std::unique_ptr<Releaser> releaser_;

@@ -60,7 +60,7 @@ struct PixelProbe::Place {
     [[nodiscard]] std::size_t pixels() const {
         return static_cast<std::size_t>(block.lines()) * static_cast<std::size_t>(light.width(block));
     }
-    /// Of the pixel among those.
+    /// Index of the pixel among those.
     [[nodiscard]] std::size_t index() const {
         return static_cast<std::size_t>(block.halo_above) * static_cast<std::size_t>(light.width(block)) +
                static_cast<std::size_t>(block.halo_left);
@@ -111,7 +111,7 @@ void PixelProbe::attach_shifts(scene::Scene& scene) {
     }
 }
 
-/// Of a live scene: lets it stand at mid-exposure as it stood when the frame was made.
+/// Sets the poses of a live scene at mid-exposure to those that the frame was made with.
 void PixelProbe::take_poses_of(const ProbedFrame& frame) {
     if (!live_) return;
     const GroundTruth& wanted = frame.info.truth;
@@ -264,7 +264,7 @@ std::vector<float> PixelProbe::irradiance(const ProbedFrame& frame, const std::a
     const std::size_t plane = width * static_cast<std::size_t>(frame.info.height);
     std::vector<float> image(renderer_->band_count() * plane), part;
     constexpr std::int32_t block_rows = 16;
-    // Of the widest window; a probed pixel needs far less.
+    // Sized for the widest window; a probed pixel needs far less.
     renderer::Workspace workspace(*renderer_, frame.info.width, block_rows);
     BlockRenderer blocks(block_rows);
     for (std::size_t w = 0; w < light.windows.size(); ++w) {

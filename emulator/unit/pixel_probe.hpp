@@ -27,7 +27,7 @@ struct ProbeSettings {
     SensorDescription sensor;
     std::uint64_t seed = 1;
 };
-/// Of a camera.
+/// Probe settings of a camera.
 [[nodiscard]] ProbeSettings probe_settings(const DaemonConfig& config);
 
 /// A frame as the probe needs it.
@@ -66,8 +66,8 @@ public:
     /// Which scene it has.
     [[nodiscard]] const scene::Scene* scene() const noexcept { return scene_.get(); }
 
-    /// Of a pixel that a window has, of a frame of that scene. Throws service::Failure: cancelled, or not-now
-    /// if the poses of a live scene are not known any more.
+    /// Probes a pixel that a window has, of a frame of that scene. Throws service::Failure: cancelled, or
+    /// not-now if the poses of a live scene are not known any more.
     [[nodiscard]] ProbedPixel probe(const ProbedFrame& frame, std::int32_t x, std::int32_t y,
                                     const std::atomic<bool>& cancel);
     /// Irradiance at the entrance pupil of all pixels of a frame of that scene, W/m2: bands x height x width,

@@ -63,7 +63,7 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
     if (c.unsent > 0) line += fmt::format(", {} unsent", c.unsent);
     for (const auto& transport : transports) {
         const transports::TransportCounters t = transport->counters();
-        if (transport->kind() == "watch" && t.submitted == 0) continue; // nobody has looked
+        if (transport->kind() == "watch" && t.submitted == 0) continue; // no viewer so far
         line += fmt::format("; {}: {} delivered, {} dropped", transport->kind(), t.delivered, t.dropped);
     }
     return line;

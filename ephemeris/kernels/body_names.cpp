@@ -19,7 +19,7 @@ struct Entry {
     std::string_view name;
 };
 
-/// Of several names of a body the last is its own (NAIF Integer ID Codes, N0067).
+/// Where a body has several names the last is its own (NAIF Integer ID Codes, N0067).
 constexpr std::array entries{
     Entry{0, "SSB"},
     Entry{0, "SOLAR_SYSTEM_BARYCENTER"},

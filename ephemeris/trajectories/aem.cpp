@@ -193,7 +193,7 @@ void add_attitude(const KvnReader& reader, const KvnLine& line, const KvnSample&
             q = {-q.w, -q.x, -q.y, -q.z};
         segment.orientation.push_back(q);
         if (layout.rates == Rates::derivative && euler) {
-            // Of the frame that the angles lead to relative to the other, in its axes.
+            // Rate of the frame that the angles lead to relative to the other, in its axes.
             const Vec3 rate =
                 (rotate(conjugate(turns[1] * turns[2]), layout.euler_axes[0]) * n[3] +
                  rotate(conjugate(turns[2]), layout.euler_axes[1]) * n[4] + layout.euler_axes[2] * n[5]) *

@@ -32,14 +32,14 @@ struct PathSegment {
     /// Span in which the samples may be interpolated, within that of the samples.
     Epoch start, stop;
     std::vector<Epoch> epochs; ///< at least one, strictly increasing
-    // Of a trajectory, in the axes of its reference frame.
+    // Trajectory, in the axes of its reference frame.
     std::vector<Vec3> position_m{}, velocity_m_s{};
-    // Of an attitude profile: orientation of the object's axes in the reference frame, of unit norm; rotation
-    // rate of the object in its own axes, empty: not stated.
+    // Attitude profile: orientation of the object's axes in the reference frame, of unit norm; rotation rate
+    // of the object in its own axes, empty: not stated.
     std::vector<Quat> orientation{};
     std::vector<Vec3> rate_rad_s{};
-    /// Of a spinning object, whose orientations above are those without the spin: angle of the spin about its
-    /// own z axis since the first sample, linear between samples; empty: none.
+    /// Spin of an object whose orientations above are those without the spin: angle about its own z axis
+    /// since the first sample, linear between samples; empty: none.
     std::vector<double> spin_rad{};
 };
 

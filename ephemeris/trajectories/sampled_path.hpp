@@ -18,9 +18,9 @@ public:
     /// Times are seconds of TAI since `zero`.
     SampledPath(PathFile file, Epoch zero, double max_extrapolation_s);
 
-    /// Of a trajectory. Any finite time.
+    /// Position on a trajectory, at any finite time.
     [[nodiscard]] Vec3 position_m(double time_s) const noexcept;
-    /// Of an attitude profile: of unit norm. Any finite time.
+    /// Orientation of an attitude profile, of unit norm, at any finite time.
     [[nodiscard]] Quat orientation(double time_s) const noexcept;
     /// Time since the end of the last segment that has begun, or up to the beginning of the first; 0 within
     /// one.

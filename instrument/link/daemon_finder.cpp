@@ -14,7 +14,7 @@
 namespace obscura::instrument {
 namespace {
 
-/// Of the packaged service.
+/// Socket of the packaged service.
 constexpr const char* service_calls = "/run/obscura/calls";
 
 LinkError not_found(const std::string& why) {

@@ -72,7 +72,7 @@ private:
     const Admission& admission_;
     std::string telecommand_address_;
     FileDescriptor sender_, receiver_;
-    /// Of telemetry. Not that of telecommands, which may connect to another daemon unnoticed.
+    /// Link of the telemetry. Telecommands have their own, which may connect to another daemon unnoticed.
     DaemonLink link_;
     DaemonLink commanded_;
     RecordedLink commands_;             ///< to commanded_

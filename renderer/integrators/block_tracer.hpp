@@ -40,8 +40,8 @@ struct Sampling {
 struct BlockResult {
     bool covered[packet_size]; ///< false: no body is near, no ray was traced
     double mean[max_channels][packet_size];
-    /// Of the mean over the channels, as estimated: of pixels that are filtered from the grid, and of the
-    /// others if it is asked for.
+    /// Estimated variance of the mean over the channels: for pixels that are filtered from the grid, and for
+    /// the others on request.
     double variance[packet_size];
     std::uint32_t samples[packet_size];
 };
@@ -102,7 +102,7 @@ private:
         double most[packet_size];
         std::uint32_t count[packet_size] = {};
         NoiseSums noise;    ///< of the means over the channels
-        bool adds_to_noise; ///< else nobody asks for it
+        bool adds_to_noise; ///< false: not requested
     };
 
     /// Samples that are traced together.

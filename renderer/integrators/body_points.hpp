@@ -26,7 +26,7 @@ struct BodySamples {
     std::uint32_t first, count, of, seed;
     std::uint32_t instant = 0, instants = 1;
 
-    /// Of the sequences of random numbers, which go on from instant to instant.
+    /// Index into the sequences of random numbers, which go on from instant to instant.
     [[nodiscard]] std::uint32_t index(std::uint32_t sample) const { return instant * of + sample; }
     /// Share of a sample in the exposure.
     [[nodiscard]] double share() const { return 1.0 / (static_cast<double>(of) * instants); }

@@ -13,7 +13,7 @@ namespace obscura::renderer {
 /// How well the surfaces that rays met were resolved.
 struct DetailCounts {
     std::uint64_t hits = 0;
-    /// Of them, on cells wider than asked for by a factor above 1, 2, 4 and 8.
+    /// Hits among them on cells wider than asked for by a factor above 1, 2, 4 and 8.
     std::array<std::uint64_t, 4> coarser{};
     std::uint64_t missed = 0; ///< look-ups of tiles that were not there
 };

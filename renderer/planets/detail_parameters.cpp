@@ -80,7 +80,7 @@ config::Keys keys_of(DetailParameters& d) {
                   "table (docs/truth.md)"),
         config::key("truth_most", &d.truth_most)
             .range(0, 4096)
-            .help("Of those, so many are listed, the largest in the picture; 0: none"),
+            .help("Largest number of features in the truth table, biggest first; 0: none"),
     };
 }
 

@@ -161,7 +161,7 @@ public:
         }
         return there;
     }
-    /// Of the upper half of HitPacket::primitive.
+    /// Node of the slot in the upper half of HitPacket::primitive.
     [[nodiscard]] SurfaceNode& in_slot(std::uint32_t slot) const { return *table_[slot]; }
 
     /// Makes the child unless it is there. Its version is that of the next publish().
@@ -202,7 +202,7 @@ public:
     /// Begins an epoch and returns the one before: pins of it and of earlier ones may see what was unlinked
     /// until now.
     [[nodiscard]] std::uint64_t end_epoch() const { return epoch_.fetch_add(1, std::memory_order_seq_cst); }
-    /// Of the pins; the largest number if there are none.
+    /// Oldest of the pins; the largest number if there are none.
     [[nodiscard]] std::uint64_t oldest_pin() const;
     /// Calls `use` with each tile that can be reached. The caller holds a Pin.
     template<typename Use>

@@ -59,7 +59,7 @@ private:
         return {p.x * inverse_radii_.x, p.y * inverse_radii_.y, p.z * inverse_radii_.z};
     }
 
-    /// Of camera rays that want sunlight alone: fills the hits of those that can only meet the surface where
+    /// For camera rays that need sunlight alone: fills the hits of those that can only meet the surface where
     /// the body itself hides the whole Sun, and takes them from `active`. Their place is that of the least
     /// sphere.
     void leave_dark(const RayPacket& rays, std::int32_t body, const Doubles& t_max, Lanes& active,

@@ -329,9 +329,9 @@ private:
         level(terrain::tile_cells / 4, 0.25, 1365);
         level(terrain::tile_cells / 8, 0.125, 341);
     }
-    /// Of rays that climb faster than the ground does around the cell in which they begin, which they return:
-    /// they meet that cell, or nothing up to where the ground may rise faster. `cell`: of a place of the ray,
-    /// from its line, the number of the tile's first cell and that of the node that the ray is in.
+    /// Returns the rays that climb faster than the ground does around the cell in which they begin: they meet
+    /// that cell, or nothing up to where the ground may rise faster. `cell`: for a place of the ray, from its
+    /// line, the number of the tile's first cell and that of the node that the ray is in.
     template<typename Cell>
     HWY_INLINE M look_up_cones(M narrowed, V i0, V j0, V held, const Cell& cell, const TileLanes& lanes,
                                int first) {

@@ -94,7 +94,7 @@ public:
         return light_.data() +
                c * static_cast<std::size_t>(area().width) * static_cast<std::size_t>(area().height);
     }
-    /// Of each row, in all channels.
+    /// Lit columns of each row, in all channels.
     [[nodiscard]] std::span<const LitColumns> lit() const { return lit_; }
 
     /// The views about a row, and the share of the second one: beyond the ends, more than 1 or less than 0.

@@ -85,7 +85,7 @@ public:
     void take(std::int32_t y, std::span<const LitColumns> lit, Row& row) const;
 
 private:
-    /// Of a node: what it sees and its motion.
+    /// What a node sees and its motion.
     static constexpr std::int32_t not_traced = -2, sky = -1;
     struct Motion {
         float dx = 0, dy = 0, gain = 1;

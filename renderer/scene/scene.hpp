@@ -76,7 +76,7 @@ struct Motion {
     std::vector<TimedPose> samples{{}}; ///< at least one, strictly increasing in time
     Vec3 spin_axis{0, 0, 1};            ///< moving frame, any length above 0
     double spin_rate_rad_s = 0;
-    /// Of the camera or a lamp: replaces the attitudes above. Not together with a hinge or a slide.
+    /// Aim of the camera or a lamp: replaces the attitudes above. Not together with a hinge or a slide.
     std::optional<Aim> aim{};
     /// Instead of `samples`; null: none.
     std::shared_ptr<const PosePath> path{};
@@ -313,8 +313,8 @@ struct Landmark {
     std::string name;
     std::string body{};               ///< name of the body
     std::optional<Vec3> position_m{}; ///< body frame; none: the surface at longitude and latitude
-    /// Of the direction from the body's origin: longitude from its x axis, east positive; latitude from its
-    /// xy plane.
+    /// Direction from the body's origin: longitude from its x axis, east positive; latitude from its xy
+    /// plane.
     double longitude_rad = 0, latitude_rad = 0;
     std::string position{}; ///< see Body::position
 };

@@ -41,20 +41,20 @@ struct SkyObject {
     /// V varies by this times sin(2 pi (t / period + phase)).
     double amplitude_mag = 0, period_s = 1, phase = 0;
 
-    // Of a point:
+    // Members of a point:
     Motion motion;
     std::string parent;           ///< see Body::parent
     Planet planet = Planet::none; ///< instead of star.magnitude_v and phase_law_mag
     /// V increases by the sum of these times the powers 1, 2, ... of the phase angle in degrees.
     std::vector<double> phase_law_mag;
 
-    // Of a galaxy: Sersic's profile.
+    // Members of a galaxy: Sersic's profile.
     double half_light_radius_rad = 0; ///< along the major axis
     double sersic_index = 1;          ///< 1: exponential disc, 4: de Vaucouleurs
     double axis_ratio = 1;            ///< minor over major axis
     double position_angle_rad = 0;    ///< of the major axis, from north over east
 
-    /// Of a still star: irradiance in each spectral band, W/m2, instead of magnitude, colour and type; empty:
+    /// Irradiance of a still star in each spectral band, W/m2, instead of magnitude, colour and type; empty:
     /// by those.
     std::vector<double> irradiance_w_m2{};
 

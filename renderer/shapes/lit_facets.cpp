@@ -17,7 +17,7 @@ namespace {
 constexpr double steps = 512;
 /// Largest angle between a direction and its rounded one, rad.
 constexpr double rounding = 0.87 / steps;
-/// Of the components of FacetSet::Facet::normals.
+/// Unit of the components of FacetSet::Facet::normals.
 constexpr double normal_unit = 1.0 / 32767;
 /// Weight of the inner side of a closed surface, which is seen only where parts of it are inside out.
 constexpr double inner_weight = 0.05;

@@ -27,8 +27,7 @@ Vec3 inverse(Vec3 a) {
     return {1 / a.x, 1 / a.y, 1 / a.z};
 }
 
-/// Of a tangent of a sphere about the origin, from a distance: how far from the origin it passes in the plane
-/// across the line of sight.
+/// Distance from the origin, in the plane across the line of sight, of a tangent of a sphere about it.
 double rim_of(double radius, double distance) {
     return radius / std::sqrt(1 - radius / distance * (radius / distance));
 }

@@ -24,7 +24,7 @@ struct CurveSpan {
     [[nodiscard]] static CurveSpan turn(std::uint32_t points) {
         return {0, 2 * std::numbers::pi, points, points};
     }
-    /// Of a part of the turn, both ends included.
+    /// Part of the turn, both ends included.
     [[nodiscard]] static CurveSpan part(double from_rad, double width_rad, std::uint32_t points) {
         return {from_rad, width_rad, points - 1, points};
     }

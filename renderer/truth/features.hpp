@@ -46,8 +46,8 @@ private:
     struct Heights {
         double least, largest;
     };
-    /// Of the square of a level that has the point (u, v) of a face, and all below it, as far as its tiles
-    /// are known.
+    /// Heights of the square of a level that has the point (u, v) of a face, and all below it, as far as its
+    /// tiles are known.
     [[nodiscard]] Heights heights_of(std::uint8_t face, std::uint32_t u, std::uint32_t v, int levels) const;
     /// Whether features of up to `largest_m` are large enough, in the field and not behind the horizon,
     /// anywhere above a cap.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Overlay of a frame: where its bodies, their limbs and its stars are in the image, for those who look at it.
+// Overlay of a frame: where its bodies, their limbs and its stars are in the image, for viewers.
 #pragma once
 
 #include "core/camera/frame.hpp"
@@ -24,7 +24,7 @@ struct OverlayRequest {
     std::uint64_t frame_id = 0;
     const GroundTruth& truth; ///< poses of the frame, whatever the scene is at now
     Time mid;                 ///< scene time of those poses
-    /// Of the detector, for each spectral band, as TruthDetector; empty: none.
+    /// Response of the detector, for each spectral band, as TruthDetector; empty: none.
     std::span<const double> electrons_per_s_per_w_m2{};
     std::uint32_t limb_points = 64; ///< most of each limb in each window
     std::size_t most_stars = 100;   ///< the brightest for the camera
@@ -38,7 +38,7 @@ struct LimbPoint {
     bool begins = false;
 };
 
-/// A body that the camera looks at.
+/// A body in the camera's field.
 struct OverlayBody {
     std::string name;
     /// Where the light of its origin lands, also outside of the image. None: behind the camera or far
@@ -50,8 +50,8 @@ struct OverlayBody {
     struct Motion {
         ImagePoint start, end;
     };
-    /// Of its origin from the middle of the first row's exposure to that of the last one's, on the same
-    /// pixels; none: it is less than half a pixel.
+    /// Motion of its origin from the middle of the first row's exposure to that of the last one's, on the
+    /// same pixels; none: it is less than half a pixel.
     std::optional<Motion> motion;
     std::vector<LimbPoint> limb; ///< where it is seen on the pixels; empty: it is nowhere, or below a pixel
 };

@@ -37,7 +37,7 @@ struct TruthScene {
     std::uint32_t max_instants;
     double reach_px;  ///< of the PSF
     double field_rad; ///< largest angle of a pixel to the boresight
-    /// Of each body that is a terrain: see DetailView::version.
+    /// Version of the tiles of each body that is a terrain: see DetailView::version.
     std::span<const std::uint64_t> tile_versions;
     bool wait_for_tiles = true; ///< see DetailView::wait
     BodyLight* light = nullptr; ///< null: the light of bodies is unknown

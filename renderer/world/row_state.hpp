@@ -80,7 +80,7 @@ struct BodyState {
     /// The brightest first; none unless find_planetshine() was called.
     std::array<PlanetshineSource, max_planetshine_sources> planetshine;
 
-    /// Of a thin crescent whose shape has facets: those that are splatted.
+    /// Facets that are splatted, of a thin crescent whose shape has facets.
     std::shared_ptr<const LitFacets> lit_facets;
 
     /// For rays in the frame of this body; null: it is no terrain.

@@ -229,7 +229,7 @@ std::vector<float> Door::light_of(const Region& window, std::uint32_t samples, s
 }
 
 std::vector<double> Door::intersect(const std::vector<renderer::Ray>& rays, service::Work& work) {
-    // Of a scene that is about to be replaced, what the picture's maps need is kept.
+    // Before the scene is replaced, what the maps of its picture need is computed.
     if (picture && scene() != loaded_) find_surfaces(work);
     load_scene(work);
     std::vector<double> distances(rays.size());

@@ -102,7 +102,7 @@ struct CameraSettings {
     /// exposure began.
     std::vector<scene::TimedPose> motion{};
 
-    /// Of all rows.
+    /// Exposure of all rows together.
     [[nodiscard]] double exposure_s() const { return integration_s + line_s * (height - 1); }
 };
 
@@ -133,7 +133,7 @@ struct DoorSettings {
     PictureLimits limits{};
     ResourceTable resources{};                         ///< files for names that are in neither folder
     std::uint64_t most_bytes = std::uint64_t{4} << 30; ///< that a client may write in all
-    /// Of the files that a client's scene is made of: textures, tables, meshes.
+    /// Size of the files that a client's scene is made of: textures, tables, meshes.
     std::uint64_t scene_bytes = std::uint64_t{1} << 30;
 };
 

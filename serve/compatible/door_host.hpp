@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Host of the compatible door of `obscura serve`: each published client has a scene of its own.
+// Host of the compatible protocol in `obscura serve`: each published client has a scene of its own.
 #pragma once
 
 #include "serve/compatible/door.hpp"
@@ -25,8 +25,8 @@ private:
     const DoorSettings settings_;
 };
 
-/// The door for a server. `clients`: its limit, for the line that one more is sent. `memory`: of the server's
-/// clients. `host` and `memory` outlive it.
+/// The listening endpoint for a server. `clients`: its limit, for the line that one more is sent. `memory`:
+/// of the server's clients. `host` and `memory` outlive it.
 [[nodiscard]] service::Door make_door(service::Listener listener, service::compatible::Host& host,
                                       const service::compatible::DoorLimits& limits,
                                       service::MemoryAccount& memory, std::size_t clients);

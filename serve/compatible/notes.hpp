@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that a client sets and gets back, which mean nothing to the server, within a limit of memory.
+// Opaque client metadata, stored and returned unchanged, within a limit of memory.
 #pragma once
 
 #include "service/compatible/value.hpp"

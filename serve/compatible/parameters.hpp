@@ -24,7 +24,7 @@ public:
     [[nodiscard]] double number(std::string_view name, double otherwise, double least, double most);
     /// Numbers of the channels; a single one is that of all.
     [[nodiscard]] Channels channels_of(std::string_view name, double otherwise, double most);
-    /// Warns of parameters that nobody has asked for.
+    /// Warns of parameters that were not read.
     void check_rest() const;
 
 private:

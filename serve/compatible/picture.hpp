@@ -40,7 +40,7 @@ struct Picture {
     double mid_s = 0;  ///< scene time of mid-exposure, of the row in the middle
     double line_s = 0; ///< from a row to the next
     bool los = false, time = false;
-    // Of the surfaces behind the centres of the pixels, once they are asked for:
+    // Surfaces behind the centres of the pixels, once they are asked for:
     std::vector<double> range_m{};                           ///< infinite: nothing
     std::array<std::vector<float>, 3> normal;                ///< scene axes, NaN: nothing
     service::MemoryAccount::Share share{}, surfaces_share{}; ///< of the values and of those maps

@@ -15,8 +15,8 @@ struct NamedTexture {
     bool gray = false;
     std::string file{}; ///< what scene files name
     bool own = false;   ///< it is of the session's folder
-    /// Of a sequence of pictures: name with a place for the number, the number of the file, and whether the
-    /// first follows the last.
+    /// Sequence of pictures: name with a place for the number, the number of the file, and whether the first
+    /// follows the last.
     std::string sequence{};
     std::int64_t number = 0;
     bool loop = false;

@@ -65,7 +65,7 @@ private:
     /// Tells what is wrong, and ends the connection once that has been sent.
     void end_with(std::string_view what);
 
-    // Of the connection's thread:
+    // Called on the connection's thread:
     void run_requests();
     /// Waits for a request. False: none comes any more.
     [[nodiscard]] bool read_ahead(RequestReader& reader);

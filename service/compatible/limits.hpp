@@ -7,7 +7,7 @@
 
 namespace obscura::service::compatible {
 
-/// What one client of the compatible door may send, and how it is answered.
+/// What one client of the compatible protocol may send, and how it is answered.
 struct DoorLimits {
     std::size_t message_bytes = std::size_t{64} << 20; ///< of one message
     std::size_t values = 4'000'000;                    ///< in one message

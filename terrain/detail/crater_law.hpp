@@ -25,7 +25,7 @@ public:
     [[nodiscard]] double production_per_m2(double diameter_m) const;
     [[nodiscard]] static double equilibrium_per_m2(double diameter_m);
     [[nodiscard]] double per_m2(double diameter_m) const;
-    /// Of the oldest craters of a diameter, as N(1 km) of their age.
+    /// Age of the oldest craters of a diameter, as N(1 km).
     [[nodiscard]] double oldest(double diameter_m) const;
 
 private:
@@ -33,7 +33,7 @@ private:
     std::vector<double> table_; ///< chronology at even steps of the age
 };
 
-/// Of fresh craters, m: of simple ones above 400 m and of complex ones (Pike, Impact and Explosion Cratering,
+/// Depth of fresh craters, m: simple ones above 400 m and complex ones (Pike, Impact and Explosion Cratering,
 /// 1977), below by LRO images (Stopar et al. 2017).
 [[nodiscard]] double crater_depth_m(double diameter_m);
 [[nodiscard]] double crater_rim_m(double diameter_m);

@@ -97,7 +97,7 @@ private:
     [[nodiscard]] double middle_diameter_m(std::size_t octave) const;
     /// As deviation_m2(), of one octave.
     [[nodiscard]] double octave_deviation_m2(std::size_t octave, double baseline_m) const;
-    /// Of the octave's middle diameter, over samples that are 2 to the power `log2_spacing` m apart.
+    /// Share of the octave's middle diameter, over samples that are 2 to the power `log2_spacing` m apart.
     [[nodiscard]] double octave_share(std::size_t octave, double log2_spacing) const;
 
     [[nodiscard]] bool exists(const Stamp& stamp) const {

@@ -69,7 +69,7 @@ inline constexpr std::array<double, 19> reciprocals_of_pairs = [] {
 struct CosineSine {
     double cosine = 1, sine = 0;
 };
-/// Of an angle in turns, |turns| < 1e6. Good to 1e-15.
+/// Cosine and sine of an angle in turns, |turns| < 1e6. Good to 1e-15.
 [[nodiscard]] inline CosineSine exact_cosine_sine(double turns) {
     const double quarters = std::floor(4 * turns + 0.5);
     const double x = 2 * std::numbers::pi * (turns - 0.25 * quarters), square = x * x;

@@ -12,8 +12,8 @@
 
 namespace obscura::terrain {
 
-/// Of a distance of samples, m: infinite for an infinite one (no samples), minus infinite for one that is not
-/// positive.
+/// Logarithm of a distance of samples, m: infinite for an infinite one (no samples), minus infinite for one
+/// that is not positive.
 [[nodiscard]] inline double log2_spacing(double sample_spacing_m) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     if (!std::isfinite(sample_spacing_m)) return infinity;

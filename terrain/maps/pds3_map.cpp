@@ -135,7 +135,7 @@ private:
     Edge edge_of(const Axis& axis) {
         const bool stated = std::isfinite(axis.first) && std::isfinite(axis.last);
         double span = stated ? (axis.last - axis.first) * axis.pixels_per_degree : none;
-        // Of a turn labels say 0 and 360, -180 and 180, or 0 twice.
+        // For a whole turn labels say 0 and 360, -180 and 180, or 0 twice.
         if (stated && axis.turn > 0 && span < 0.5) span += axis.turn * std::ceil((0.5 - span) / axis.turn);
         if (stated && axis.turn > 0 && span > axis.turn + 1.5) span -= axis.turn;
         const bool offset_stated = std::isfinite(axis.offset) && std::isfinite(axis.origin);

@@ -29,7 +29,7 @@ double columns_for(double aspect) {
 /// The weights of stretched and plain cubics across have absolute sums of up to 1.2688 and 1.25: a value
 /// exceeds its samples by at most (1.2688 * 1.25 - 1) / 2 of their range.
 constexpr double raster_overshoot = 0.2931;
-/// Of columns that are taken together.
+/// Overshoot of columns that are taken together.
 constexpr double overshoot_of_thinned = (1.2688 * ThinnedRows::most_weight - 1) / 2;
 
 /// Cells along the edge of the largest part whose cubics are looked at one by one.

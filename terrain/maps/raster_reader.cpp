@@ -286,7 +286,7 @@ void Raster::Reader::sample(const MapBlock& block, std::span<const double> footp
     static constexpr std::array<float, static_cast<std::size_t>(4 * block_edge)> nothing{};
     // None is thrown out while others are looked up.
     if (blocks_.size() + 2 * map_block_size > max_read_blocks) forget();
-    // Of columns, and of the wider ones that these are blended with.
+    // Stencils of columns, and of the wider ones that these are blended with.
     StencilBlock stencils, wider;
     std::array<double, map_block_size> shares, rows, tops;
     std::array<std::uint8_t, map_block_size> others;

@@ -10,10 +10,10 @@
 
 namespace obscura::terrain {
 
-/// Of each level, in blocks of 16 x 16 of its samples: the mean squared slope of the finest level there less
-/// that of shading normals on cells of the level's samples (differences over two cells, linear between).
-/// Slopes are samples per radian of arc (planar: per metre). Where columns are closer to each other than
-/// rows, towards the poles of simple cylindrical maps, along columns over as long a way as along rows.
+/// Slope loss of each level, in blocks of 16 x 16 of its samples: the mean squared slope of the finest level
+/// there less that of shading normals on cells of the level's samples (differences over two cells, linear
+/// between). Slopes are samples per radian of arc (planar: per metre). Where columns are closer to each other
+/// than rows, towards the poles of simple cylindrical maps, along columns over as long a way as along rows.
 /// Immutable; thread-safe.
 class SlopeLevels {
 public:

@@ -49,7 +49,7 @@ public:
 
     [[nodiscard]] const ObtMetadata& metadata() const { return metadata_; }
     [[nodiscard]] const std::string& name() const { return shards_.name(); }
-    /// Of the file with its shards, holes included.
+    /// Size of the file with its shards, holes included.
     [[nodiscard]] std::uint64_t bytes() const { return places_.file_bytes; }
     [[nodiscard]] std::uint64_t shard_bytes() const { return places_.shard_bytes; }
     [[nodiscard]] const obt::Layout& layout() const { return layout_; }

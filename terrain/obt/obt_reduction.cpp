@@ -39,7 +39,7 @@ Taps taps_of(std::int64_t index, const SampleBlock& fine, Registration registrat
     return t;
 }
 
-/// Of two neighbours and the place between them.
+/// Two neighbours and the place between them.
 struct Between {
     std::int64_t first = 0, second = 0;
     double share = 0;

@@ -163,7 +163,7 @@ public:
                 messages_[i].msg_hdr.msg_control = control_[i].data();
                 messages_[i].msg_hdr.msg_controllen = control_[i].size();
             }
-            // The rest of each datagram is cut off: nothing is copied that nobody looks at.
+            // The rest of each datagram is cut off: what is not read is not copied.
             const int n = recvmmsg(fd_, messages_.data(), count, MSG_WAITFORONE, nullptr);
             if (n <= 0) break;
             for (int i = 0; i < n; ++i)
@@ -396,7 +396,7 @@ int main(int argc, char* argv[]) {
     try {
         enter_private_network();
         pin(static_cast<unsigned>(std::max(sysconf(_SC_NPROCESSORS_ONLN), 1L)) - 1);
-        if (realtime) make_this_thread_realtime(50); // the receiver competes with nobody either
+        if (realtime) make_this_thread_realtime(50); // the receiver has no competitor either
         json out;
         out["realtime"] = realtime && realtime_permitted(60).granted;
         // The simulator only lives on an interface, not on one of its further addresses.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera before judges that nobody here wrote: the GenApi schema, Aravis's camera tester, Wireshark.
+// The camera before judges from outside: the GenApi schema, Aravis's camera tester, Wireshark.
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/gige_bench.hpp"

@@ -78,6 +78,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         drain(client.get());
     }
     require(server.services.viewers == 0);
-    server.pictures->visited({}); // forgets cameras that nobody sees
+    server.pictures->visited({}); // forgets cameras without viewers
     return 0;
 }

@@ -222,7 +222,7 @@ TEST_CASE("outputs that cannot be written: exit 74, before anything is computed"
 
 TEST_CASE("no camera there: exit 69") {
     const TempFolder folder;
-    // A loopback address that nobody else in this project uses.
+    // A loopback address that no other test uses.
     const Outcome outcome = run(folder, {"grab", "--address", "127.255.254.253", "--frames", "1"});
     CHECK(outcome.line.substr(0, 65) == "127.255.254.253: no GigE Vision camera answers on UDP port 3956: ");
     CHECK(outcome.status == 69);

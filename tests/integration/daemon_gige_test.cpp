@@ -92,7 +92,7 @@ TEST_CASE("further lines, counters and timers trigger the daemon's camera") {
     DaemonOptions options;
     options.address = own_address(31);
     options.size = 64;
-    constexpr std::uint16_t line1 = 5002, line3 = 5003; // ports of an address that nobody else has
+    constexpr std::uint16_t line1 = 5002, line3 = 5003; // ports of an address of its own
     options.more = fmt::format("[trigger.line1]\nsource = \"udp\"\nlisten = \"{0}:{1}\"\n"
                                "[trigger.line3]\nsource = \"udp\"\nlisten = \"{0}:{2}\"\n",
                                options.address, line1, line3);

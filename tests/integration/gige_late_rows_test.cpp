@@ -40,7 +40,7 @@ Received receive(double keep_alive_ms, std::int32_t band_rows, std::int64_t stal
     client.set("PixelFormat", "Mono16");
     client.set("AcquisitionMode", "SingleFrame");
     client.open_stream(2);
-    // What Aravis does by default, but for a longer patience: a test machine may be busy with anything.
+    // What Aravis does by default, but for a longer timeout: a test machine may be busy with anything.
     g_object_set(client.stream(), "frame-retention", patience_us, "packet-request-ratio", 0.25, nullptr);
     client.execute("AcquisitionStart");
     Received result;

@@ -478,7 +478,7 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             CHECK(real("ChunkPrincipalPointY") == 23.5);
             CHECK(std::abs(real("ChunkSensorPixelWidth") - 10) < 1e-9);
             CHECK(std::abs(real("ChunkSensorPixelHeight") - 16) < 1e-9);
-            // Aravis's chunk parser has selectors of its own that nobody can set: the second body by hand.
+            // Aravis's chunk parser has selectors of its own that cannot be set: the second body by hand.
             std::size_t bytes = 0;
             const auto* truth =
                 static_cast<const std::uint8_t*>(arv_buffer_get_chunk_data(buffer.get(), 0x4F42000E, &bytes));
@@ -819,7 +819,7 @@ TEST_CASE(
         };
         REQUIRE(write_register(0xA00, 2) == 0);
         REQUIRE(write_register(0xD18, ntohl(to.sin_addr.s_addr)) == 0);
-        REQUIRE(write_register(0xD00, 9) == 0); // nobody listens there
+        REQUIRE(write_register(0xD00, 9) == 0); // no listener there
         REQUIRE(write_register(0xA104, 1) == 0);
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
         CHECK(bench.source.acquiring());

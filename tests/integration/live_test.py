@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Live pictures of obscura-web: digital numbers and histograms are those of the frame's file, nobody gets more than they are ready for, and
+"""Live pictures of obscura-web: digital numbers and histograms are those of the frame's file, no viewer gets more than it is ready for, and
 clients that follow no rule are survived.
 
 Usage: live_test.py OBSCURAD OBSCURA-WEB SOURCE-DIRECTORY [MUTATED-MESSAGES (3000)]

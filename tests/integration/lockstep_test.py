@@ -192,7 +192,7 @@ if all(places):
         check(f"the rock moves by {expected:.2f} pixels in {name}", abs(abs(moved) - expected) < 0.3, moved)
 again, _, _, _, _ = fly_past(12)
 check("the same poses and steps give the same bytes", again == frames)
-# A second of reserve is more than there is: whoever has deadlines would have to degrade.
+# A second of reserve is more than there is: a camera with deadlines would have to degrade.
 adapting, answers, _, _, _ = fly_past(12, "adapt")
 check("lockstep never degrades, whatever deadlines may", adapting == frames)
 check("and each step says so", all(a.quality["level"] == "full" and a.quality["rows_degraded"] == "0" for a in answers), answers)

@@ -235,7 +235,7 @@ def latencies(window, api, camera, end_daemon, file):
     check("its buckets are those of obscura timing", all(filed_ == later_ for filed_, later_ in compared.values()), {title: both for title, both in compared.items() if both[0] != both[1]})
     check("none of which is empty", all(counts[-1] for _, counts in compared.values()), compared)
     shown = window.evaluate(read_worst)
-    # Of frames as late as one another each program has its own order.
+    # Each program has its own order of frames that are equally late.
     late = {row[0]: row for row in worst if float(row[1]) > 0}
     check("the worst frames, and the stage that made each late, are those of obscura timing", len(late) > 3 and [row[0] for row in shown if row[0] in late] == list(late)
           and all(row[2] == late[row[0]][2] and row[-2].split(",")[0].strip() == late[row[0]][4].split(",")[0].strip() for row in shown if row[0] in late), (shown, worst))

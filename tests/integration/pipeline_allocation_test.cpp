@@ -43,7 +43,7 @@ using namespace obscura::test;
 
 namespace {
 
-// Where the compiler cannot see that nobody uses the memory.
+// Where the compiler cannot see that the memory is unused.
 void* volatile sink;
 
 void allocate_twice() {

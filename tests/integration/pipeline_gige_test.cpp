@@ -273,7 +273,7 @@ TEST_CASE("packets that are only late are no losses, and grab and the daemon cou
     options.address = own_address(9);
     options.size = 256;
     options.rate_hz = 5;
-    // Twice in a frame of 17 packets the sender stands still for longer than a client's patience.
+    // Twice in a frame of 17 packets the sender stands still for longer than a client's timeout.
     options.gige_more = R"([[gige.faults]]
 kind = "delay"
 percent = 12

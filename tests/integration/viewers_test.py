@@ -29,7 +29,7 @@ from websocket_client import Viewer  # noqa: E402
 obscurad, obscura_web, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 60  # a busy machine, a sanitizer
 WIDTH, HEIGHT = 64, 48
-COMPARED = 8  # frames of a camera at which nobody looks
+COMPARED = 8  # frames of a camera without viewers
 KILLS = 3
 # Rows are due so long after the edge: time enough to render them, whatever else runs.
 EXPOSURE_US = 100_000
@@ -189,7 +189,7 @@ def disturbances(camera):
 
 
 def undisturbed():
-    """Frames of a camera at which nobody looks."""
+    """Frames of a camera without viewers."""
     with SteppedCamera(EXPOSURE_US) as camera:
         camera.step(COMPARED)
         frames = [camera.pixels(answer.number) for answer in camera.answers]

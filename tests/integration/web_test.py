@@ -106,7 +106,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     told = json.loads(subprocess.run([obscura, "status", "--json", "--socket", path], capture_output=True, text=True).stdout)
     check("the state is that of the daemon", state["daemons"][0].keys() == told.keys() and
           state["daemons"][0]["daemon"]["pid"] == daemon.pid, state)
-    # Of two instants: latencies have their lines once there is one.
+    # The two are asked at different instants: latencies have their lines once there is one.
     check("the metrics are those of obscura metrics, and its own", wait_for(lambda: [
         line for line in one.ask("/metrics").text.splitlines() if line.startswith("#") and " obscura_web_" not in line] ==
           [line for line in subprocess.run([obscura, "metrics", "--socket", path], capture_output=True, text=True,

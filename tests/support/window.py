@@ -13,7 +13,7 @@ class Window:
     """Base of the drivers, which have evaluate(), press() and `complaints`."""
 
     def wait_for(self, script, patience_s=PATIENCE_S):
-        """First true value of an expression; None after the patience."""
+        """First true value of an expression; None after the timeout."""
         end = time.monotonic() + patience_s
         while time.monotonic() < end:
             if (value := self.evaluate(script)) not in (None, False, 0, ""):  # an element comes as {}

@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view format_name = "obscura batch plan";
 constexpr std::int64_t format_version = 1;
-/// Of plan.json, which bounds the memory that a parsed one takes.
+/// Size of plan.json, which bounds the memory that a parsed one takes.
 constexpr std::uintmax_t max_plan_bytes = std::uintmax_t{16} << 20;
 /// Largest whole number that JSON readers keep exactly.
 constexpr std::uint64_t most_exact = std::uint64_t{1} << 53;

@@ -91,7 +91,7 @@ void ShardRecords::update() {
         throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
     if (!S_ISREG(status.st_mode)) throw InputError(fmt::format("{}: not a regular file", file.string()));
     const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (size < read_) read_ = 0; // somebody made it anew
+    if (size < read_) read_ = 0; // it was written anew
     std::string text(size - read_, '\0');
     const ssize_t got =
         text.empty() ? 0 : ::pread(in.get(), text.data(), text.size(), static_cast<off_t>(read_));

@@ -61,7 +61,7 @@ bool shows_signal(const emulator::DaemonConfig& config, const CameraSettings& se
            config.sensor.detector.test_pattern == TestPattern::off;
 }
 
-/// Of a renderer with so many threads.
+/// Figures of a renderer with so many threads.
 RenderFigures figures_of(const FrameCost& cost, std::size_t threads) {
     const std::size_t running =
         std::clamp<std::size_t>(threads, 1, std::max<std::size_t>(1, permitted_cores().count()));

@@ -91,7 +91,7 @@ std::string camera_text(const Json& camera, std::size_t number) {
     text += latency_line(camera, "trigger_to_first_row", "trigger to first row");
     text += latency_line(camera, "release_lateness", "release lateness");
     for (const auto& [kind, counters] : at(camera, "/transports").items()) {
-        if (kind == "watch" && at(counters, "/submitted") == 0) continue; // nobody has looked
+        if (kind == "watch" && at(counters, "/submitted") == 0) continue; // no viewer so far
         const Json& unheard = at(counters, "/no_receiver");
         text += fmt::format("  {:<22}{} delivered, {} dropped{}\n", for_terminal(kind),
                             number_at(counters, "/delivered"), number_at(counters, "/dropped"),

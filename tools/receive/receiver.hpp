@@ -90,8 +90,8 @@ public:
     /// Ends the acquisition and the reception; the stream's statistics are final then.
     void end_stream();
     [[nodiscard]] StreamStatistics statistics() const;
-    /// Of the time since start(). Waits for the camera to have dealt with `asked` packets, 0.2 s at most.
-    /// Returns nullopt if the camera does not tell, or does not answer.
+    /// Statistics of the camera since start(). Waits until the camera has dealt with `asked` packets, 0.2 s
+    /// at most. Returns nullopt if the camera does not tell, or does not answer.
     [[nodiscard]] std::optional<CameraStatistics> camera_statistics(std::uint64_t asked) const;
 
     /// Compares the clocks through the time-stamp latch `attempts` times and keeps the quickest exchange.

@@ -52,8 +52,7 @@ public:
         line.summary = "shows how far a batch is and how long it will take";
         line.description =
             "Reads the records of all shards and looks at the sizes of the frames' files. The time left is "
-            "that of the remaining frames at the rate of the last 15 minutes, whoever rendered. Exit status "
-            "0 "
+            "that of the remaining frames at the rate of all processes in the last 15 minutes. Exit status 0 "
             "if every frame is done, else 1.";
         declare_batch_folder(line, batch_);
         line.flag("--json", json_, "Print the state as one JSON object, with the list of unfinished shards");

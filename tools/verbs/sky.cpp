@@ -114,7 +114,7 @@ private:
         return static_cast<double>(instant.tai_ns - scene.epoch->tai_ns) / 1e9;
     }
 
-    /// Of scene time, in UTC; empty: the scene has no epoch.
+    /// Instant of the scene time, in UTC; empty: the scene has no epoch.
     [[nodiscard]] std::string instant_of(const scene::Scene& scene) const {
         if (!scene.epoch) return {};
         return ephemeris::write_time({scene.epoch->tai_ns + std::llround(time_s_ * 1e9)},

@@ -24,7 +24,7 @@ struct FileSinkSettings {
     std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
     bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
     bool truth_table = false;     ///< also write truth.csv for frames with truth tables
-    /// Of the camera, added to the cards of every frame; null: none. No key: the daemon sets it.
+    /// Cards of the camera, added to those of every frame; null: none. No key: the daemon sets it.
     std::shared_ptr<const images::SharedCards> camera_cards{};
 };
 

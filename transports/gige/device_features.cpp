@@ -18,7 +18,7 @@ namespace {
 constexpr std::array<std::string_view, 7> feature_type_names{"integer", "float",  "enumeration", "boolean",
                                                              "command", "string", "integer"};
 constexpr std::array<std::string_view, 4> visibility_names{"Beginner", "Expert", "Guru", "Invisible"};
-/// Of the client's stream: camera.start and camera.stop acquire without one.
+/// Features of the client's stream: camera.start and camera.stop acquire without one.
 constexpr std::array<std::string_view, 3> of_the_client{"AcquisitionStart", "AcquisitionStop",
                                                         "AcquisitionAbort"};
 

@@ -142,7 +142,7 @@ std::uint64_t FrameRing::write(const Frame& frame, std::uint64_t number) noexcep
     __atomic_store_n(&head().newest, serial, __ATOMIC_RELEASE);
 
     constexpr std::uint64_t one = 1;
-    // One that nobody reads is full after 2^64 frames, and then refuses.
+    // An eventfd without a reader is full after 2^64 frames, and then refuses.
     for (std::size_t i = 0, count = told_count_.load(std::memory_order_acquire); i < count; ++i)
         if (::write(told_[i].get(), &one, sizeof one) < 0) continue;
     return serial;

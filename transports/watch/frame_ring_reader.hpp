@@ -46,7 +46,7 @@ private:
 
     std::size_t bytes_ = 0;
     const std::byte* mapped_ = nullptr;
-    FrameRingHead head_; ///< as it was at first, for nobody to change
+    FrameRingHead head_; ///< private copy of the first state, which the writer cannot change
 };
 
 } // namespace obscura::transports

@@ -14,7 +14,7 @@
 
 namespace obscura::transports {
 
-/// Counted while somebody asks for them. Thread-safe.
+/// Counted while they are requested. Thread-safe.
 class SaturationCounts {
 public:
     /// Frames whose number is kept.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Watch transport: copies of the newest frames for programs that look at the camera.
+// Watch transport: copies of the newest frames for viewers in this and other processes.
 #pragma once
 
 #include "core/realtime/event_count.hpp"
@@ -46,11 +46,11 @@ struct KeptPixel {
     std::optional<float> mean_e{}; ///< see PixelTruth; none: the pool keeps none
 };
 
-/// Copies frames to a FrameRing, only while somebody looks, and at most as fast as its thread runs: a frame
-/// that comes while two others wait is left out. It takes every frame, so that the camera counts the same
-/// whether somebody looks or not. A thread of ordinary scheduling copies; the pipeline thread only puts a
+/// Copies frames to a FrameRing, only while there are viewers, and at most as fast as its thread runs: a
+/// frame that comes while two others wait is left out. It takes every frame, so that the camera counts the
+/// same with and without viewers. A thread of ordinary scheduling copies; the pipeline thread only puts a
 /// reference into a queue. Readers of this process are thread-safe, those of others read the ring; neither
-/// holds up the copying. Not supervised: looking may wait.
+/// holds up the copying. Not supervised: viewers may wait.
 class WatchTransport final : public Transport {
 public:
     /// For frames of `most_pixels`; `enter` is called first on the thread. Throws HardwareError.
@@ -67,11 +67,11 @@ public:
     [[nodiscard]] TransportCounters counters() const noexcept override;
 
     /// Has frames copied from now on for `watched_ns`: all of them, or with a distance of at least
-    /// `period_ns`. The smallest period that somebody asks for within that time holds. A frame that comes too
+    /// `period_ns`. The smallest period requested within that time holds. A frame that comes too
     /// soon and remains the newest one for another period is copied then, so that the last one of a series is
     /// seen. Thread-safe.
     void look(std::int64_t period_ns);
-    /// Who looks at a frame again within this time does not miss the next one.
+    /// A viewer that calls look() again within this time does not miss the next frame.
     static constexpr std::int64_t watched_ns = 2 * ns_per_s;
 
     /// A copy of the newest frame with a number above `after`, for which it waits until `until`, or
@@ -131,7 +131,7 @@ private:
     std::atomic<bool> stopping_{false};
     std::atomic<std::int64_t> watched_until_{0}; ///< CLOCK_MONOTONIC, ns
     std::atomic<std::int64_t> period_ns_{0};
-    std::uint64_t seen_ = 0;                  ///< pipeline thread: frames that came while somebody looked
+    std::uint64_t seen_ = 0;                  ///< pipeline thread: frames that came while there were viewers
     std::int64_t next_ns_ = 0;                ///< pipeline thread: earliest next frame that is copied
     std::array<Place, frames_held> places_{}; ///< of frame k of the queue at k % frames_held
     std::uint64_t queued_ = 0;                ///< pipeline thread: frames that were queued
@@ -146,7 +146,7 @@ private:
     std::mutex mutex_; ///< of what follows
     std::condition_variable changed_;
     std::int64_t period_until_ = 0;
-    std::uint64_t newest_number_ = 0;               ///< of the ring; 0: none since somebody looks
+    std::uint64_t newest_number_ = 0;               ///< of the ring; 0: none since there are viewers
     std::array<Known, FrameRing::slots> known_{};   ///< that with serial s at s % slots
     std::array<Details, FrameRing::slots> details_; ///< of those
     std::size_t newest_ = 0;                        ///< among them

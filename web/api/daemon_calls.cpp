@@ -41,7 +41,7 @@ Refusal refusal_of(const host::CallRefused& error) {
                                : Refusal(found->status, found->type, detail, error.field);
 }
 
-/// Of a request that has been sent.
+/// Refusal of a request that has been sent.
 Refusal lost_answer(std::string_view why) {
     Refusal refusal(503, "answer-lost", why);
     refusal.response.may_have_acted = true;

@@ -13,9 +13,9 @@ struct Readiness {
     nlohmann::ordered_json checks; ///< texts by what was looked at
 };
 
-/// Of what daemons said last. Not ready: no daemon answers, or one that runs does not; a supervised thread
-/// has been silent for five seconds; the verdict on a camera is bad, its clock has lost its reference, or its
-/// files cannot be written. Throws an exception of JSON where that is of another version.
+/// Readiness by what daemons said last. Not ready: no daemon answers, or one that runs does not; a supervised
+/// thread has been silent for five seconds; the verdict on a camera is bad, its clock has lost its reference,
+/// or its files cannot be written. Throws an exception of JSON where that is of another version.
 [[nodiscard]] Readiness readiness_of(const Sighting& sighting);
 
 } // namespace obscura::web

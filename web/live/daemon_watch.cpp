@@ -74,7 +74,7 @@ void DaemonWatch::look_soon() {
 
 void DaemonWatch::rest(std::uint64_t& answered) {
     std::unique_lock lock(mutex_);
-    // Whoever asks for looks again and again must not keep the daemons from their work.
+    // Repeated requests for a poll must not overload the daemons.
     const auto pause = std::min(period_, shortest);
     changed_.wait_for(lock, pause, [this] { return stop_; });
     changed_.wait_for(lock, period_ - pause, [&] { return stop_ || soon_ != answered; });
@@ -139,7 +139,7 @@ void DaemonWatch::find_daemons() {
         lock.lock();
     }
     lock.unlock();
-    for (auto& [path, daemon] : daemons_) // nobody adds any now
+    for (auto& [path, daemon] : daemons_) // none are added any more
         daemon.thread.join();
 }
 

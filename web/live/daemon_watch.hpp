@@ -39,7 +39,7 @@ struct DaemonRun {
     std::string started; ///< differs from run to run
     auto operator<=>(const DaemonRun&) const = default;
 };
-/// Of an answer to "state". Throws an exception of JSON.
+/// Run named by an answer to "state". Throws an exception of JSON.
 [[nodiscard]] DaemonRun run_of(const nlohmann::ordered_json& state);
 
 /// A line of a daemon's log.

@@ -68,11 +68,11 @@ bool is_shown(const transports::FrameRingHeader& frame) {
 
 } // namespace
 
-/// A camera that somebody looks at.
+/// A camera with viewers.
 struct LivePictures::Camera {
     std::unique_ptr<const FrameRingReader> ring; ///< null: not yet
     FileDescriptor news;
-    std::uint64_t oldest = 0; ///< frames up to this serial number are of a time when nobody looked
+    std::uint64_t oldest = 0;               ///< frames up to this serial number came before the first viewer
     std::optional<Clock::time_point> asked; ///< when the daemon was last asked for its frames
     int missed = 0;
     std::int64_t tai_offset_ns = 0;      ///< TAI minus CLOCK_MONOTONIC, of the daemon
@@ -354,7 +354,7 @@ void LivePictures::wait(std::unique_lock<std::mutex>& lock, Clock::time_point un
     const auto span = std::max(Clock::duration::zero(), until - Clock::now());
     rest.tv_sec = std::chrono::duration_cast<std::chrono::seconds>(span).count();
     rest.tv_nsec = (span % 1s).count();
-    // Where nobody waits for a picture, neither does this for frames.
+    // Without a viewer that waits for a picture this does not wait for frames either.
     ::ppoll(polled.data(), wanted ? polled.size() : 1, wanted ? &rest : nullptr, nullptr);
     drain(wake_.get());
     for (const auto& camera : cameras)

@@ -35,9 +35,9 @@ struct LiveDelivery {
 };
 
 /// A viewer has at most one picture on its way: the next is made once it has said that it is ready, from the
-/// newest frame then. Nothing is made for those who are not, and a daemon copies no frames of a camera that
-/// nobody waits for. A thread of its own makes pictures and histograms; the watch over the daemons asks these
-/// for their rings. Thread-safe.
+/// newest frame then. Nothing is made for those who are not, and a daemon copies no frames of a camera
+/// without waiting viewers. A thread of its own makes pictures and histograms; the watch over the daemons
+/// asks these for their rings. Thread-safe.
 class LivePictures final : public DaemonVisitor {
 public:
     /// `frames` gets those that viewers see.

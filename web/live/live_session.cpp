@@ -25,7 +25,7 @@ constexpr std::chrono::seconds token_time{2};
 constexpr std::chrono::seconds handshake_time{2}, idle_time{30};
 /// Deliveries that wait to be written while further messages of the viewer are read.
 constexpr std::size_t most_waiting = 8;
-/// Of the kernel, for what is written: pictures wait here, where a newer one can take their place.
+/// Send buffer in the kernel: pictures wait here, where a newer one can take their place.
 constexpr int send_bytes = 256 << 10;
 
 /// One viewer, kept alive by its pending operations.
@@ -183,7 +183,7 @@ private:
     std::optional<LivePictures::ViewerId> viewer_; ///< none: the token has not come
     std::deque<LiveDelivery> waiting_;             ///< the first one is being written
     bool reading_ = false, ending_ = false;
-    bool ready_ = false; ///< the viewer has said so, and nobody knows yet
+    bool ready_ = false; ///< the viewer has said so, and it is not reported yet
 };
 
 } // namespace

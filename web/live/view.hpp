@@ -45,7 +45,7 @@ struct View {
     bool operator==(const View&) const = default;
     [[nodiscard]] std::size_t columns() const { return (std::size_t{width} + bin - 1) / bin; }
     [[nodiscard]] std::size_t rows() const { return (std::size_t{height} + bin - 1) / bin; }
-    /// Of its 16-bit numbers.
+    /// Size of its 16-bit numbers.
     [[nodiscard]] std::size_t bytes() const { return 2 * columns() * rows(); }
 };
 
@@ -66,8 +66,8 @@ struct Histogram {
     double mean = 0;
 };
 
-/// Of at least one pixel with 8 to 16 bits; numbers beyond these count as the last bin. `counts` is memory to
-/// work with.
+/// Histogram of at least one pixel with 8 to 16 bits; numbers beyond these count as the last bin. `counts` is
+/// memory to work with.
 [[nodiscard]] Histogram histogram_of(std::span<const std::uint16_t> image, unsigned bits,
                                      std::vector<std::uint32_t>& counts);
 

@@ -123,7 +123,7 @@ class AsyncSession:
         self._tell("cancel", {"request": number})
 
     def _tell(self, call: str, fields: Dict[str, Any]) -> None:
-        """Sends a request whose answer nobody waits for."""
+        """Sends a request without waiting for its answer."""
         if self._socket is not None:
             self._out.put_nowait(protocol.request(self._next, call, fields))
             self._next = self._next % 0xFFFFFFFF + 1

@@ -72,7 +72,7 @@ void create_light(Request& r) {
 } // namespace
 
 void add_light_calls(Handlers& handlers) {
-    // Of irradiances up to 1e8 W/m2 at 1 au.
+    // Power of irradiances up to 1e8 W/m2 at 1 au.
     constexpr double most_w_sr = 1e8 * au_m * au_m;
     handlers["setSunPower"] = [](Request& r) { r.door.sun_power_w_sr = light_of(r, "sun_color", most_w_sr); };
     handlers["setSunPowerAtDistance"] = [](Request& r) {

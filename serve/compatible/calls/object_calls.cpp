@@ -114,13 +114,13 @@ void set_reflection(Request& r) {
           "metres_per_unit", "albedo_texture", "normal_texture", "emission_texture", "smooth_normals"})
         if (object.keys.contains(key)) kept[key] = object.keys[key];
     kept.update(reflection.keys);
-    // Of a relief: maps instead of the number, which is 1 with them.
+    // A relief has maps instead of the number, which is 1 with them.
     if (const auto maps = object.keys.find("albedo"); maps != object.keys.end() && maps->is_array())
         kept["albedo"] = *maps;
     object.keys = std::move(kept);
 }
 
-/// Of a whole object, whose local transformation is the global one.
+/// Transforms a whole object, whose local transformation is the global one.
 void set_transform(Request& r) {
     Object& object = named(r);
     if (r.door.find(r.arguments.text("element_name")) != &object)

@@ -125,7 +125,7 @@ int main(int argc, char* argv[]) {
         crc = ::crc32(crc, pixels + y * dumb.pitch, mode.hdisplay);
     fmt::print("drew {} pictures of {}x{}, screen {:08x}\n", frames, mode.hdisplay, mode.vdisplay, crc);
     std::fflush(stdout);
-    // Closing the card turns the display off and its picture black: whoever reads along does so before.
+    // Closing the card turns the display off and its picture black: readers must read before.
     std::getchar();
     return 0;
 }

@@ -21,7 +21,8 @@ import time
 LIMIT_S = 5.0 if os.environ.get("RIG_BUSY") else 2.0
 PATIENCE_S = 30
 SETTLED = 10  # returns until everything that is allocated once has been
-# Of memory, in the second half of the returns: the C library keeps what it was given before, and touches more of it.
+# Growth of memory in the second half of the returns: the C library keeps what it was given before, and touches more of
+# it.
 MOST_GROWTH_KIB = 1024
 
 pid, times, kind = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that threads hand to one thread: each piece runs once, there, and a closed queue leaves nobody
+// Work that threads hand to one thread: each piece runs once, there, and a closed queue leaves no caller
 // waiting.
 #include "core/realtime/event_count.hpp"
 #include "core/realtime/stack_thread.hpp"

@@ -93,7 +93,7 @@ TEST_CASE("rows of an earlier frame take no memory, from the first one on") {
               level == QualityLevel::reprojected ? ns_per_s : -ns_per_s);
         std::fill(image.begin(), image.end(), -1.0F);
         std::uint64_t allocations = 1;
-        // Of a new thread, which has no memory of its own yet.
+        // A new thread has no memory of its own yet.
         std::thread([&] {
             declare_this_thread_realtime();
             reset_allocation_counts();

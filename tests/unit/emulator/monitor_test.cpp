@@ -266,7 +266,7 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
         return ::recv(clients[client].get(), answer, sizeof answer, MSG_DONTWAIT) > 0;
     };
     CHECK(asked(0));
-    server.serve(now + 3600 * ns_per_s); // nobody waits: all of them may stay
+    server.serve(now + 3600 * ns_per_s); // none waits: all of them may stay
     CHECK(server.clients() == MonitorSocket::most_clients);
     clients.push_back(host::connect_to_monitor(server.path()));
     CHECK(asked(8));

@@ -85,14 +85,14 @@ struct Rig {
         REQUIRE(origin);
         return probe->probe({frame->info, rows, *origin}, x, y, go_on);
     }
-    /// Of all pixels, rendered again.
+    /// Irradiance of all pixels, rendered again.
     std::vector<float> irradiance() {
         (void)(*this)(0, 0);
         const auto origin = imaging.maker->origins().find(frame->info.frame_id, frame->info.trigger_edge);
         REQUIRE(origin);
         return probe->irradiance({frame->info, rows, *origin}, go_on);
     }
-    /// Of the frame, as the detector got it.
+    /// Light of the frame, as the detector got it.
     std::vector<float> light() {
         const sensors::ReadoutPlan& plan = imaging.maker->plan();
         std::vector<float> image(static_cast<std::size_t>(plan.width) *

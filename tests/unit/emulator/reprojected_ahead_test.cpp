@@ -156,7 +156,7 @@ double edge_shift_px(const Picture& a, const Picture& b, std::int32_t first, std
     return most;
 }
 
-/// Of the sunlit limb, along rows.
+/// Shift of the sunlit limb, along rows.
 double edge_shift_px(const Picture& a, const Picture& b) {
     return edge_shift_px(a, b, 128 - 32, 64,
                          [](const Picture& p, std::int32_t i, std::int32_t line) { return p.at(i, line); });

@@ -19,7 +19,7 @@ inline constexpr emulator::QualityController::Frame simulated_frame{simulated_gr
 
 /// One frame. Its rows are due from 18 to 105 ms after its edge, and rendering begins a period before it.
 struct SimulatedFrame final : emulator::LevelWork {
-    /// Of a frame in full quality, by the table of the real-time scene.
+    /// Cost of each level relative to a frame in full quality, by the table of the real-time scene.
     static constexpr std::array<double, quality_level_count> cost{1,   0.9,  0.7,  0.7, 0.6,
                                                                   0.2, 0.08, 0.08, 0,   0};
     static constexpr std::array<double, quality_level_count> error{0.6,  0.7, 0.75, 0.8, 0.9,

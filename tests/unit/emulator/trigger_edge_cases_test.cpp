@@ -55,7 +55,7 @@ struct Run {
         bench.loopback.stop();
         counters = bench.camera.counters();
     }
-    /// Of the last three, frames whose pixels are not those of the instant that their truth states.
+    /// Frames among the last three whose pixels are not those of the instant that their truth states.
     [[nodiscard]] int shown_wrongly() {
         MakerBench offline;
         int wrong = 0;
@@ -103,7 +103,7 @@ TEST_CASE("an edge that comes twice makes one frame, and the second edge is coun
         edges.push_back(edge);
         edges.push_back(edge + 10'000);
     }
-    // Of those, all but the first of each pair come while the camera is busy.
+    // All but the first edge of each pair come while the camera is busy.
     CameraBench bench(small_sensor(), 3, {}, sync::OverTrigger::count, LatePolicy::late, false,
                       {.mode = SceneTime::clock}, RendersOn::own_thread);
     REQUIRE(bench.camera.acquisition_start());

@@ -44,7 +44,7 @@ TEST_CASE("the next edge of a line is known before the acquisition, where the ed
         bench.apply([&plain](CameraSettings& s) { s = plain; });
         CHECK(bench.router.next_line_edge(bench.at(75)));
     }
-    // Of two edges, those of the chosen direction.
+    // Only edges of the chosen direction count, one of two.
     for (const std::int64_t t : {100, 120, 140, 160}) {
         bench.edge(2, t);
         bench.edge(2, t + 3, true);
@@ -278,7 +278,7 @@ TEST_CASE("gaps in the ids of the selected source are missed edges", "[emulator]
     CHECK(f.counters().lost == 3);
     CHECK(f.counters().missed == 3);
     CHECK(f.missed == std::vector{f.at(5)});
-    // Of a dual-edge input, inactive edges are no gaps, and half of the lost ones were active.
+    // With a dual-edge input inactive edges are no gaps, and half of the lost ones were active.
     f.apply([](CameraSettings& s) {
         s.frame_trigger = {true, TriggerSource::line2, TriggerActivation::rising_edge};
     });

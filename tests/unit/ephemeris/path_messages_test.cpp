@@ -226,7 +226,7 @@ TEST_CASE("an attitude turns on with its rates, stated in any way", "[ephemeris]
     const auto lines = [&](const std::string& rates) {
         std::string text;
         for (int t = 0; t <= 60; t += 20) {
-            // Of either sign.
+            // Rates of either sign.
             const Quat q = turned(t), dot = q * Quat{0, 0, 0, degree / 2};
             const double sign = t == 20 ? -1 : 1;
             text += fmt::format("2007-02-28T00:{:02}:{:02} {:.15f} {:.15f} {:.15f} {:.15f} ", t / 60, t % 60,
@@ -258,7 +258,7 @@ TEST_CASE("an attitude turns on with its rates, stated in any way", "[ephemeris]
         CHECK_THAT(norm(path.orientation(33.3)), WithinAbs(1, 1e-12));
         CHECK_THAT(path.age_s(75), WithinAbs(15, 1e-9));
     }
-    // Of frame A in B: the same turn the other way round.
+    // Frame A in B: the same turn the other way round.
     std::string reversed;
     for (int t = 0; t <= 60; t += 20) {
         const Quat q = conjugate(turned(t));
@@ -325,7 +325,7 @@ TEST_CASE("derivatives of Euler angles and angular velocities go on by the same 
                                          body_rate.y / deg, body_rate.z / deg)),
                         "2.0"),
                     10));
-    // Of the inertial frame A in B: the object is the frame that the angles lead away from.
+    // Inertial frame A in B: the object is the frame that the angles lead away from.
     const SampledPath reverse =
         aem_path(aem("ATTITUDE_TYPE = EULER_ANGLE/DERIVATIVE\n" + sequence, ends("40 -25 110 0.4 -0.3 0.7"),
                      "2.0", "REF_FRAME_A = SC_BODY_1\nREF_FRAME_B = EME2000\n"),

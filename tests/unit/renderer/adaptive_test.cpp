@@ -52,7 +52,7 @@ TEST_CASE("Adaptive sampling keeps the error it was asked for, without bias") {
         const double error = rms_error(image, truth);
         INFO("target " << target << " error " << error << " samples " << r.samples_taken());
         CHECK(error < target * 1.1);
-        CHECK(error > target / 4); // it does not buy what nobody asked for
+        CHECK(error > target / 4); // it does not exceed the request
         // Deciding by the samples themselves costs some bias where an edge just touches a pixel.
         CHECK(std::abs(image.sum() / truth.sum() - 1) < 2e-3);
         // A fixed number of samples that costs as much is worse.

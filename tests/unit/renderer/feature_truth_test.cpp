@@ -74,7 +74,7 @@ std::vector<TruthEntry> features_of(const SceneTruth& truth) {
     return found;
 }
 
-/// Of kind and identity.
+/// Name made of kind and identity.
 std::string name_of(const TruthEntry& e) {
     return (e.kind == TruthKind::crater ? "c" : "b") + std::string(e.name.view());
 }

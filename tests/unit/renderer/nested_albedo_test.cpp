@@ -216,7 +216,7 @@ TEST_CASE("Patches blend over what is below by their distance to the edge") {
     CHECK_THAT(albedo->notes()[0],
                ContainsSubstring("patch.fits: albedo at 1296 points over what is below it: mean 0.5 against "
                                  "0.25, difference 0.25 rms; blended over 50 m"));
-    // Of equal priorities the later covers the earlier; the default blend is 16 of its texels, at most a
+    // Between equal priorities the later covers the earlier; the default blend is 16 of its texels, at most a
     // quarter of its side, which is 349 m.
     patch.priority = 0;
     patch.feather_m = 0;

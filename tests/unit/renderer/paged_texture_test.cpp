@@ -104,7 +104,7 @@ TEST_CASE("Tiles in a cache give what the raster in memory gives, within the rou
     const auto type =
         GENERATE(SampleType::u8, SampleType::i16, SampleType::u16, SampleType::f16, SampleType::f32);
     const auto edge = GENERATE(Texture::Edge::repeat, Texture::Edge::clamp);
-    // Of sizes that are powers of two, for which both have the same levels.
+    // Sizes are powers of two, for which both have the same levels.
     ObtMetadata m = planar_metadata(type, 2048, 1024, 2);
     const double codes = type == SampleType::u8 ? 255 : 65535;
     const bool whole = type != SampleType::f16 && type != SampleType::f32;

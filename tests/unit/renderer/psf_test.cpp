@@ -353,7 +353,7 @@ TEST_CASE("Point spread functions that cannot be are refused") {
     const TempFolder folder;
     scene::Scene s = table_scene((folder.path() / "absent.fits").string(), 32);
     CHECK_THROWS_AS(renderer::Renderer(s, {}), InputError);
-    // Of gzip: CFITSIO would decompress it, however large that is.
+    // A gzip file is refused: CFITSIO would decompress it, however large that is.
     const std::string plain = write_fits(folder, "plain.fits", {gaussian(1)});
     s.camera.psf.file = plain;
     CHECK_NOTHROW(renderer::Renderer(s, {}));

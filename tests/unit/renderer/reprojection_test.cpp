@@ -148,7 +148,7 @@ void check_estimates(const Errors& e) {
     CHECK(e.repeated_estimate < 6 * e.repeated);
 }
 
-/// Of a frame made at `t` from one at 0, against one that is rendered then.
+/// Errors of a frame made at `t` from one at 0, against one that is rendered then.
 Errors compare(const renderer::Renderer& r, Time t, std::int64_t between_ns = 0) {
     Kept kept(r);
     const std::vector<float> before = frame(r, rows_at({}, between_ns), &kept.light);
@@ -358,7 +358,7 @@ TEST_CASE("lines that see what other lines were to see are made of those") {
     CHECK(error(moved, truth) < error(again, truth) + 0.01);
     CHECK(error(moved, truth) < error(before, truth) / 2);
     CHECK(limb_shift_px(moved, truth) < 0.05);
-    // Of the lines with the body; those without have nothing that moves.
+    // Only the lines with the body count; those without have nothing that moves.
     CHECK_THAT(static_cast<double>(px[size / 2]), Catch::Matchers::WithinAbs(std::hypot(0.55, 0.3), 0.02));
     CHECK(px[0] == 0);
     CHECK(std::all_of(px.begin(), px.end(), [](float p) { return p < 1; }));

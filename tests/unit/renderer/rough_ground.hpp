@@ -48,7 +48,7 @@ public:
     struct Mean {
         double value = 0, error = 0; ///< standard error: points are taken for independent
     };
-    /// Of the radiance per irradiance, over what a viewer far away sees of a part of it.
+    /// Mean of the radiance per irradiance, over what a viewer far away sees of a part of it.
     [[nodiscard]] Mean reflectance(const renderer::Material& material, Geometry at, int packets) const {
         const auto direction = [](double zenith_deg, double azimuth_deg) {
             const double z = zenith_deg * degree, a = azimuth_deg * degree;

@@ -27,7 +27,7 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-/// Of a sphere at phase angle 0: 2 pi times the integral of r(i = e = acos mu, g = 0) mu.
+/// Geometric albedo of a sphere at phase angle 0: 2 pi times the integral of r(i = e = acos mu, g = 0) mu.
 double geometric_albedo(const scene::Material& description) {
     const auto material = renderer::make_material(description, "test");
     constexpr int steps = 1600;

@@ -174,7 +174,7 @@ TEST_CASE("a galaxy has the light, profile and shape of its description", "[sky]
                    static_cast<double>(radii.size());
         };
         CHECK_THAT(within(1), WithinAbs(0.5, 1e-3));
-        // Of an exponential disc 1 - (1 + x) exp(-x) of the light is within x = 1.67835 r.
+        // An exponential disc has 1 - (1 + x) exp(-x) of its light within x = 1.67835 r.
         if (index == 1)
             for (const double r : {0.3, 2.0, 3.0})
                 CHECK_THAT(within(r), WithinAbs(1 - (1 + 1.67835 * r) * std::exp(-1.67835 * r), 2e-3));

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::int32_t size = 256;
 
-/// Of a grid over an image: estimated over true root mean square of the error.
+/// Estimated over true root mean square of the error of a grid over an image.
 double ratio_of(std::int32_t step, double response_px, const std::function<double(double, double)>& point,
                 const std::function<double(double, double)>& pixel, std::uint64_t frames = 16) {
     double told = 0, error2 = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Streams of frames for credits, and connections whose sessions or readers hold up nobody else.
+// Streams of frames for credits, and connections whose sessions or readers do not hold up others.
 #include "service/server.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/native_client.hpp"

@@ -36,7 +36,7 @@ for text, file in sorted(logged.items()):
         print(f"{file}: not in the table: {text}")
         failed = True
 for text in sorted(rows.keys() - logged.keys()):
-    print(f"docs/appliance.md: nobody logs: {text}")
+    print(f"docs/appliance.md: not logged: {text}")
     failed = True
 if len(logged) < 20:
     print(f"only {len(logged)} messages were found in the source")

@@ -271,7 +271,7 @@ TEST_CASE("a reader that is stopped or killed holds up nothing", "[transports]")
     CHECK(all_equal(bench.reader.read().value().pixels, id));
     std::uint64_t news = 0;
     REQUIRE(::read(told.get(), &news, sizeof news) == sizeof news);
-    CHECK(news == id); // all that were written while nobody read it
+    CHECK(news == id); // all that were written while it was not read
 }
 
 TEST_CASE("each reader is told of frames by an event of its own", "[transports]") {

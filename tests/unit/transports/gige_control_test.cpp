@@ -597,11 +597,11 @@ TEST_CASE("PACKETRESEND is served for controller and receiver, in both id format
     CHECK(b.stream.resends[3].first == 0x1000001);
     CHECK(b.stream.resends[3].last == 0x1000002);
     b.stream.resends.pop_back();
-    // From another socket of that host: only as far as nobody else has to go short for it.
+    // From another socket of that host: only as far as no other source goes short for it.
     b.send(standard, Peer{alice.ip, 61234});
     REQUIRE(b.stream.resends.size() == 4);
     CHECK_FALSE(b.stream.resends[3].trusted);
-    // Not: somebody else, another channel, a range upside down, block 0, the wrong length.
+    // Not: another client, another channel, a range upside down, block 0, the wrong length.
     b.send(b.datagram(0x40, Bench::words({7, 3, 9}), 0), bob);
     b.send(b.datagram(0x40, Bench::words({0x10007, 3, 9}), 0));
     b.send(b.datagram(0x40, Bench::words({7, 9, 3}), 0));
@@ -688,7 +688,7 @@ TEST_CASE("Status codes of later versions can be switched off") {
     CHECK(late() == 0x8016);
     CHECK(Bench::status(b.send(lying)) == 0x8FFF);
 
-    // Of resend requests.
+    // Status codes of resend requests.
     const StatusCodes all, none{false, false}, first{true, false};
     for (const Status s : {Status::packet_not_yet_available, Status::packet_removed}) {
         CHECK(all.shown(s) == s);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies of frames for programs that look at the camera: the newest ones, while somebody looks.
+// Copies of frames for programs that look at the camera: the newest ones, while there are viewers.
 #include "core/clock.hpp"
 #include "tests/support/catch.hpp"
 #include "transports/watch/watch.hpp"
@@ -155,7 +155,7 @@ TEST_CASE("frames are copied no faster than the fastest that looks has asked for
         const Time begin = MonotonicClock().now() + 600 * ns_per_ms;
         for (std::int64_t i = 0; i < frames; ++i) {
             const FrameRef frame = bench.frame(1, height);
-            frame->info.seen = begin + i * spacing_ns; // within the time for which somebody looks
+            frame->info.seen = begin + i * spacing_ns; // within the time for which there are viewers
             bench.watch.submit(frame);
             while (bench.watch.counters().delivered < bench.watch.counters().submitted)
                 std::this_thread::yield();

@@ -288,7 +288,7 @@ TEST_CASE("frames on a screen are kept while others go, oldest first", "[web]") 
     frames.keep(frame(1, 13, 10));
     CHECK(kept(0) == Numbers{4});
     CHECK(kept(1) == Numbers{10, 11, 12, 13});
-    // A frame in somebody's hands stays whole.
+    // A frame in use stays whole.
     const auto held = frames.find({1, 0}, 4);
     frames.left(1);
     frames.keep(frame(0, 14, 50));

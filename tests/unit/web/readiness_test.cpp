@@ -25,7 +25,7 @@ Json good_state() {
                {"transports", {{"file", {{"trouble", ""}}}}}}}}};
 }
 
-/// Of one daemon, in which the value at `pointer` differs.
+/// Readiness of one daemon in which the value at `pointer` differs.
 Readiness with(const char* pointer, const Json& value) {
     Sighting sighting;
     sighting.states.push_back(good_state());

@@ -16,7 +16,7 @@ public:
     /// Throws InputError if a map is not on the grid of the first, or of other numbers.
     explicit MapMosaic(std::vector<std::unique_ptr<MapSource>> maps);
 
-    /// Of the whole; with the projection of the first map.
+    /// Frame of the whole, with the projection of the first map.
     [[nodiscard]] const terrain::MapFrame& frame() const { return frame_; }
     /// Whether maps leave part of the rectangle open.
     [[nodiscard]] bool has_gaps() const { return has_gaps_; }

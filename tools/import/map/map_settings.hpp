@@ -15,7 +15,7 @@ namespace obscura::tools {
 
 struct MapSettings {
     terrain::ObtKind kind = terrain::ObtKind::heights;
-    /// Of a parameter: "roughness".
+    /// Name of a parameter: "roughness".
     std::string parameter;
     /// Counted from 1; none: the first, or red, green and blue of a colour image of albedo.
     std::optional<std::uint32_t> band;

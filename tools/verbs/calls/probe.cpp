@@ -21,7 +21,7 @@ public:
     Probe() : CallingVerb("probe", DaemonOptions::Has::camera) {}
 
     void declare(host::CommandLine& line) override {
-        line.summary = "tells what a pixel of a running camera's newest frame has, and shows";
+        line.summary = "prints DN, electrons, irradiance and surface point of one pixel";
         line.description =
             "Prints the digital number of a pixel, electrons estimated from it and those expected before any "
             "noise, irradiance in each spectral band, and the body behind the centre of the pixel with "

@@ -32,7 +32,7 @@ enum class ResendOutcome : std::uint8_t {
     over_budget,    ///< the block's resend budget is used up
     no_such_packet, ///< id behind the end of the block
     no_such_block,  ///< id of a block that was not sent on this stream
-    queue_full,     ///< more requests than the sender could look at
+    queue_full,     ///< more requests than the sender could read
 };
 constexpr std::size_t resend_outcome_count = 8;
 
@@ -49,7 +49,7 @@ struct SenderCounters {
     std::atomic<std::int64_t> pace_ns{0};           ///< see Transport::pace_ns()
     /// Frames of the client's stream so far, by which fault rules count.
     std::atomic<std::uint64_t> stream_frames{0};
-    /// Of the latest stream: address << 16 | port, bytes of a packet; 0: there was none.
+    /// Target of the latest stream: address << 16 | port, and bytes of a packet; 0: there was none.
     std::atomic<std::uint64_t> stream_target{0};
     std::atomic<std::uint32_t> packet_size{0};
     LatencyHistogram trigger_to_first, trigger_to_last;

@@ -314,7 +314,7 @@ bool UserXml::show(Binding& b) {
     }
     bool taken = false;
     if (!t.entries.empty()) {
-        // Of several names for the value use the first that the file has.
+        // Where the value has several names the first one in the file counts.
         for (const FeatureEntry& e : t.entries)
             if (e.value == word && !taken) taken = engine_->set(t.name, std::string(e.name));
     } else {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The compatible door from the client's side of the socket: unread answers, errors, and clients that do as
-// they please.
+// The compatible protocol from the client's side of the socket: unread answers, errors, and clients that do
+// as they please.
 #include "service/compatible/codec.hpp"
 #include "service/compatible/connection.hpp"
 #include "service/server.hpp"
@@ -190,7 +190,7 @@ TEST_CASE("after an error the next picture is never the one before", "[service]"
     limits.hold_ms = 1h;
     Bench bench(limits);
     Client client(bench);
-    // The error of a setter that nobody reads, then a getter, then its retry.
+    // The unread error of a setter, then a getter, then its retry.
     client.move("nothing");
     client.call("getImage");
     CHECK_THROWS_WITH(client.wait_for("getImage"), ContainsSubstring("no such object"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a client that reads little is sent: answers nobody reads, and answers after an error.
+// What a client that reads little is sent: unread answers, and answers after an error.
 #include "service/compatible/codec.hpp"
 #include "service/compatible/outbox.hpp"
 #include "tests/support/catch.hpp"
