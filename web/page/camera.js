@@ -38,7 +38,7 @@ function Acquisition({camera, may, changed}) {
   const fire = () => trigger.run(() => fireSoftwareTrigger(camera));
   return html`<section class="panel" aria-labelledby="c-run"><h2 id="c-run">Acquisition</h2>
     <p>${state.acquiring ? "It runs" : "It is stopped"}; trigger ${triggerOf(state)}, ${state.trigger_ready ? "ready" : "not ready"}; ${
-      state.controller ? html`controlled by <strong>${state.controller}</strong>, which alone may change the camera` : "nobody controls the camera over GigE Vision"}.</p>
+      state.controller ? html`controlled by <strong>${state.controller}</strong>, which alone may change the camera` : "no client controls the camera over GigE Vision"}.</p>
     ${may.operate ? html`<div class="buttons"><button disabled=${running.busy || state.acquiring} onClick=${() => acquire(true)}>start</button>
       <button disabled=${running.busy || !state.acquiring} onClick=${() => acquire(false)}>stop</button>
       <button disabled=${trigger.busy || unfit(state) !== ""} onClick=${fire}>software trigger</button><span class="small">${unfit(state)}</span></div>

@@ -70,7 +70,7 @@ function Bar({camera, cameras, choose, role, may, faults, trouble, trigger}) {
     ${s && html`<dl class="items"><${Item} name="frame">${String(s.frame_id)}<//><${Item} name="rate">${rate}<//>
       <${Item} name="trigger">${triggerOf(s)}${may.operate && s.acquiring && triggerOf(s) === "Software" && html` <button class="mini" disabled=${trigger.busy} onClick=${() => trigger.run(() => fireSoftwareTrigger(camera))} aria-label="fire the software trigger">fire</button>`}<//>
       <${Item} name="clock">${s.clock.state}<//><${Item} name="acquisition">${s.acquiring ? "runs" : "stopped"}${may.operate && html` <button class="mini" disabled=${change.busy} title=${change.said} onClick=${() => acquire(!s.acquiring)} aria-label=${`${s.acquiring ? "stop" : "start"} the acquisition`}>${s.acquiring ? "stop" : "start"}</button>`}<//>
-      <${Item} name="controlled by">${s.controller || "nobody"}<//>
+      <${Item} name="controlled by">${s.controller || "none"}<//>
       <${Item} name="faults" bad=${armed > 0}>${armed ? `${armed} ARMED` : "none"}<//><${Item} name="your role">${role ?? "viewer"}<//></dl>`}
     ${change.bad && html`<${Said} of=${change} />`}</header>`;
 }

@@ -116,7 +116,7 @@ export function Scene({camera, may, daemon}) {
           ["connections", tree.simulator.connections], ["poses taken", tree.simulator.poses], ["steps", tree.simulator.steps], ["lines refused", tree.simulator.refused]]} />
         ${may.operate && html`${lockstep ? html`<${Steps} camera=${camera} points=${tree.trajectory_s ?? []} />` : html`<p class="small">Steps need trigger.source = "lockstep".</p>`}
           <${PoseForm} camera=${camera} names=${["camera", ...tree.bodies.map((b) => b.name), ...tree.lamps.map((l) => l.name)]} />`}`
-        : html`<p class="note">Nobody can move this scene or step it: simulator.enabled is off. It goes on with each frame; stopping the acquisition holds it.</p>`}</section></div>
+        : html`<p class="note">No program can move this scene or step it: simulator.enabled is off. It goes on with each frame; stopping the acquisition holds it.</p>`}</section></div>
     <section class="panel" aria-labelledby="s-map"><h2 id="s-map">Map${there ? ` at frame ${there.frame}` : ""}</h2>
       ${there?.camera_orientation && there.bodies.length ? html`<${SceneMap} truth=${there} lens=${tree?.camera} />` : html`<${Note} error=${camera.state.acquiring ? truth.error : null}>${there ? "The scene has no bodies, or their poses are not told." : camera.state.acquiring ? "Waiting for a frame ..." : "The acquisition is stopped: no frame tells where things are."}<//>`}</section>
     <section class="panel" aria-labelledby="s-bodies"><h2 id="s-bodies">Bodies${there ? ` in frame ${there.frame}` : ""}</h2>

@@ -11,7 +11,7 @@ const BAD = ["dropped", "send errors", "control lost", "no node", "node lost", "
 const IN_WORDS = ["stream_to", "controller_silent_s", "packet_bytes", "trouble", "node", "directory", "disk_free_bytes", "display"];
 
 const gib = (bytes) => bytes >= 2 ** 30 ? `${figure(bytes / 2 ** 30, 4)} GiB` : `${figure(bytes / 2 ** 20, 4)} MiB`;
-/** Counters in their order; frames that nobody could receive stand below those that were dropped, which they are among. */
+/** Counters in their order; frames without a receiver stand below those that were dropped, which they are among. */
 const ordered = ({no_receiver: unheard, ...values}) => Object.entries(values).flatMap(([name, v]) =>
   name === "dropped" && unheard !== undefined ? [[name, v], ["no_receiver", unheard]] : [[name, v]]);
 const rowsOf = (values) => ordered(values).filter(([name, v]) => (v === null || typeof v !== "object") && !IN_WORDS.includes(name))
@@ -35,9 +35,9 @@ function verdictOf(kind, t, state) {
 }
 
 function GigeFacts({t, state}) {
-  return html`<${Facts} label="Channels" rows=${[["address", html`<${Copyable} text=${state.address} what="the address" />`], ["controlled by", state.controller || "nobody"],
+  return html`<${Facts} label="Channels" rows=${[["address", html`<${Copyable} text=${state.address} what="the address" />`], ["controlled by", state.controller || "none"],
     ...(t.controller_silent_s !== undefined ? [["heard", `${figure(t.controller_silent_s, 2)} s ago`]] : []),
-    ["stream to", t.stream_to ?? "nobody now"], ...(t.packet_bytes ? [["packet size", `${count(t.packet_bytes)} bytes`]] : [])]} />`;
+    ["stream to", t.stream_to ?? "none now"], ...(t.packet_bytes ? [["packet size", `${count(t.packet_bytes)} bytes`]] : [])]} />`;
 }
 
 function Release({camera, may}) {
@@ -45,7 +45,7 @@ function Release({camera, may}) {
   if (!controller) return command.said ? html`<${Said} of=${command} />` : null;
   const release = () => command.run(async () => {
     const told = await askJson(cameraPath(camera.id, "release"), {method: "POST", body: {}});
-    return told.controller ? `${told.controller} has lost control.` : "Nobody had control.";
+    return told.controller ? `${told.controller} has lost control.` : "No client had control.";
   });
   return may.administer ? html`<div class="buttons"><${Confirmed} label="disconnect" question=${`Take control away from ${controller}? Its acquisition ends.`} disabled=${command.busy} onYes=${release} /><${Said} of=${command} /></div>`
     : html`<p class="small">An admin's link can take control away from it.</p>`;
@@ -73,7 +73,7 @@ export function Transports({camera, may}) {
   const {state} = camera, all = Object.entries(state.transports ?? {});
   return html`<div class="screen">
     ${state.address && state.address !== "none" ? html`<p class="small">The flight computer connects to <code>${state.address}</code>; <code>obscura grab</code> and any GigE Vision client do too.</p>`
-      : html`<p class="small">This camera has no GigE Vision (gige.enabled): nobody controls it over the network, and frames go where else it says below.</p>`}
+      : html`<p class="small">This camera has no GigE Vision (gige.enabled): no client controls it over the network, and frames go where else it says below.</p>`}
     ${all.length === 0 && html`<section class="panel"><p class="note">This camera has no transport: frames go nowhere.</p></section>`}
     <div class="columns">${all.map(([kind, t]) => html`<${Transport} key=${kind} kind=${kind} t=${t} camera=${camera} may=${may} />`)}</div>
   </div>`;
