@@ -44,8 +44,7 @@ std::string refuse(const ReadoutSettings& s) {
         return fmt::format("readout.line_rate_hz: {}, 1e-3 to 1e7 are allowed", s.line_rate_hz);
     if (s.window_step < 1 || s.windows_max < 1 || s.windows_max > static_cast<std::int32_t>(max_windows))
         return fmt::format(
-            "readout.window_step ({}) and windows_max ({}): at least 1, and at most {} windows, "
-            "are allowed",
+            "readout.window_step ({}) and windows_max ({}): at least 1, and at most {} windows, are allowed",
             s.window_step, s.windows_max, max_windows);
     return {};
 }

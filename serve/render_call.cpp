@@ -439,8 +439,8 @@ service::Call RenderCall::call() {
          "With a sensor: bits of its ADC, window that was read (x, y, width, height), exposure_s obtained "
          "(shortest and longest of the rows), mid_s of the exposure, flags of the readout separated by '|'"},
         {"truth", "map", "",
-         "With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), "
-         "range_m, phase_deg, pixel (column, row; missing: behind the lens)"}};
+         "With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), range_m, phase_deg, "
+         "pixel (column, row; missing: behind the lens)"}};
     return made;
 }
 

@@ -42,8 +42,8 @@ std::string list_of(std::string_view beginning) {
 /// Help of the verbs that share their first word, as "scene list" and "scene show".
 void print_family(std::string_view word) {
     fmt::print(
-        "Usage: obscura {0} VERB [ARGUMENT]...\n\nVerbs:\n{1}\n`obscura {0} VERB --help` explains one, "
-        "with examples.\n",
+        "Usage: obscura {0} VERB [ARGUMENT]...\n\nVerbs:\n{1}\n`obscura {0} VERB --help` explains one, with "
+        "examples.\n",
         word, list_of(fmt::format("{} ", word)));
 }
 

@@ -43,9 +43,9 @@ config::Section section_of(DaemonSection& s) {
         key("run", &s.run)
             .range(-1, 4294967295)
             .help(
-                "Run word of 32 bits, which keys the temporal noise beside the seed and is stated with "
-                "every frame; -1: a random one at each start, and the next one at each further acquisition, "
-                "so that no two acquisitions share their noise"),
+                "Run word of 32 bits, which keys the temporal noise beside the seed and is stated with every "
+                "frame; -1: a random one at each start, and the next one at each further acquisition, so "
+                "that no two acquisitions share their noise"),
         key("scene_time", &s.scene_time)
             .help("Clock of the scene. nominal: frame k shows the scene k - 1 nominal trigger periods after "
                   "its start, so that it can be rendered again offline; clock: frames show the scene at the "
@@ -120,14 +120,12 @@ config::Section section_of(RenderSection& s) {
             .help("Rows that are rendered together; they are exposed and sent up to 64 at a time"),
         key("ahead", &s.ahead)
             .help("auto: frames are rendered on a thread of their own, and the next one before its trigger "
-                  "where "
-                  "what it shows is known: not with exposure as long as a pulse, or in lockstep; with "
+                  "where what it shows is known: not with exposure as long as a pulse, or in lockstep; with "
                   "automatic exposure once the frame before has been measured. With scene time nominal or "
-                  "replayed the frames are the same bytes; with clock or "
-                  "tai the edge is predicted, and poses of a simulator are extrapolated "
-                  "(ahead_tolerance_px). Takes memory for the light of two frames, of four where edges or "
-                  "poses "
-                  "are predicted. off: rendering begins at the trigger"),
+                  "replayed the frames are the same bytes; with clock or tai the edge is predicted, and "
+                  "poses of a simulator are extrapolated (ahead_tolerance_px). Takes memory for the light of "
+                  "two frames, of four where edges or poses are predicted. off: rendering begins at the "
+                  "trigger"),
         key("ahead_ms", &s.ahead_ms)
             .unit("ms")
             .range(0, 1e5)
@@ -209,8 +207,8 @@ config::Section section_of(ThreadsSection& s) {
         key("pipeline_priority", &s.pipeline_priority)
             .range(fifo)
             .help("SCHED_FIFO priority of the pipeline thread, which takes triggers and plans frames; 0: "
-                  "that of "
-                  "the detector thread, or, if it renders too (render.ahead off), the class of rendering"),
+                  "that of the detector thread, or, if it renders too (render.ahead off), the class of "
+                  "rendering"),
         key("display_priority", &s.display_priority)
             .range(fifo)
             .help("SCHED_FIFO priority of the V4L2 and stimulator threads; 0: SCHED_OTHER"),
@@ -227,9 +225,8 @@ config::Section section_of(ThreadsSection& s) {
         key("display_cores", &s.display_cores)
             .help("Cores of the V4L2 and stimulator threads, like \"2-3,5\"; empty: any"),
         key("render_class", &s.render_class)
-            .help("Scheduling class of the threads that render. "
-                  "other, batch: beside other programs, with the share that render_nice gives; rr, fifo: "
-                  "before all of them, with render_priority"),
+            .help("Scheduling class of the threads that render. other, batch: beside other programs, with "
+                  "the share that render_nice gives; rr, fifo: before all of them, with render_priority"),
         key("render_nice", &s.render_nice)
             .range(-20, 19)
             .help("Nice level of rendering with render_class other or batch; 0: that of the daemon"),
@@ -242,10 +239,9 @@ config::Section section_of(ThreadsSection& s) {
         key("render_share", &s.render_share)
             .range(0.5, 1)
             .help("With render_class rr or fifo: share of its time that each render thread is at work at "
-                  "most. Other "
-                  "programs get the rest, a millisecond at a time; if they got nothing, Linux would take 50 "
-                  "ms of "
-                  "each second from all threads with a priority, and rows would leave late. 1: no rest"),
+                  "most. Other programs get the rest, a millisecond at a time; if they got nothing, Linux "
+                  "would take 50 ms of each second from all threads with a priority, and rows would leave "
+                  "late. 1: no rest"),
         key("tiles_share", &s.tiles_share)
             .range(0, 0.5)
             .help(
@@ -348,8 +344,7 @@ config::Section section_of(ControlSection& s) {
     section.keys = {
         key("listen", &s.listen)
             .help("IPv4 address and port, like 127.0.0.1:5153; of another interface than the loopback only "
-                  "with "
-                  "token_file; empty: none"),
+                  "with token_file; empty: none"),
         key("token_file", config::Path{&s.token_file, true, true})
             .help("File of the token that clients of listen must have, made by obscura serve --make-token; "
                   "empty: they need none and may do what scene permits"),

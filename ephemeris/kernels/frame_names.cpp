@@ -242,8 +242,8 @@ FrameDefinition find_frame(const KernelPool& pool, const BodyNames& bodies, std:
                 return {.name = name, .kind = FrameDefinition::Class::body, .class_id = *id};
     }
     throw InputError(
-        fmt::format("frame {}: unknown: neither J2000, ECLIPJ2000, IAU_ and a body, nor a frame of a "
-                    "loaded frame kernel (FK)",
+        fmt::format("frame {}: unknown: neither J2000, ECLIPJ2000, IAU_ and a body, nor a frame of a loaded "
+                    "frame kernel (FK)",
                     name));
 }
 

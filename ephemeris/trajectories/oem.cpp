@@ -33,8 +33,8 @@ void add_sample(const KvnReader& reader, const KvnLine& line, const KvnSample& s
     const std::vector<double>& n = sample.numbers;
     if (n.size() != 6 && n.size() != 9)
         reader.fail(line.number,
-                    fmt::format("{} numbers after the time, allowed are 6 (x y z in km, vx vy vz in "
-                                "km/s), or 9 with accelerations",
+                    fmt::format("{} numbers after the time, allowed are 6 (x y z in km, vx vy vz in km/s), "
+                                "or 9 with accelerations",
                                 n.size()));
     const Vec3 position_m = Vec3{n[0], n[1], n[2]} * 1e3;
     const Vec3 velocity_m_s = Vec3{n[3], n[4], n[5]} * 1e3;

@@ -273,8 +273,8 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
         throw ConfigError("camera: psf: a table cannot be defocused: allowed are gaussian and airy");
     if (disc_px > room_px)
         throw ConfigError(
-            fmt::format("camera: psf: the disc of the defocus has a radius of {:.1f} px: a core "
-                        "of {} px allows {:.1f}",
+            fmt::format("camera: psf: the disc of the defocus has a radius of {:.1f} px: a core of {} px "
+                        "allows {:.1f}",
                         disc_px, s.core_px, room_px));
 
     const double aspect = camera.pixel_aspect();
@@ -289,8 +289,8 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
             8.0 * (2.0 * half + 9) * (2.0 * half + 9) * static_cast<double>(bands.size() * places);
         if (bytes > largest_tables_bytes)
             throw ConfigError(
-                fmt::format("camera: psf: a core of {} px for {} bands at {} places takes {:.0f} "
-                            "MB: allowed are {:.0f}",
+                fmt::format("camera: psf: a core of {} px for {} bands at {} places takes {:.0f} MB: allowed "
+                            "are {:.0f}",
                             s.core_px, bands.size(), places, bytes / 1e6, largest_tables_bytes / 1e6));
     };
 
@@ -319,8 +319,8 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                     });
                     if (found == images.end())
                         throw InputError(
-                            fmt::format("{}: no image for band {} at ({}, {}): places must form a "
-                                        "grid, each with all bands",
+                            fmt::format("{}: no image for band {} at ({}, {}): places must form a grid, each "
+                                        "with all bands",
                                         s.file, b + 1, x, y));
                     const PsfImage& image = *found;
                     // Samples per pitch of the columns, along both axes.

@@ -143,8 +143,8 @@ terrain::SlopeTable slopes_of(const DetailParameters& d, const terrain::SurfaceD
 config::Section detail_section(DetailParameters& detail) {
     config::Section section{
         "detail",
-        "Procedural detail of a planet or terrain between and below the samples of its height maps, or "
-        "on its bare reference surface: noise, craters and boulders, by position and seed."};
+        "Procedural detail of a planet or terrain between and below the samples of its height maps, or on "
+        "its bare reference surface: noise, craters and boulders, by position and seed."};
     section.keys = keys_of(detail);
     section.check = [&detail](const config::ReadTable& table) { check(detail, table); };
     return section;

@@ -39,8 +39,7 @@ config::Keys height_keys(HeightTable& t) {
         config::key("values", &t.map.meaning, "file")
             .help("What the numbers are: heights above the reference surface along the direction from the "
                   "centre (of a plane: along z) or along its normal, or distances from the centre; \"file\": "
-                  "as "
-                  "its label says, else heights"),
+                  "as its label says, else heights"),
     };
     for (config::Key& key : map_keys(t.map))
         keys.push_back(std::move(key));
@@ -59,9 +58,9 @@ config::Section height_section(HeightTable& t) {
 config::List height_list(std::vector<HeightTable>& tables) {
     return config::list<HeightTable>(
         "height",
-        "A height map of a planet or terrain, one table for each: where they overlap, that "
-        "of the higher priority covers the others and goes over to them at the edge of its "
-        "data. Without any, the body has its reference surface.",
+        "A height map of a planet or terrain, one table for each: where they overlap, that of the higher "
+        "priority covers the others and goes over to them at the edge of its data. Without any, the body has "
+        "its reference surface.",
         tables, height_section);
 }
 

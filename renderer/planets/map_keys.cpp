@@ -32,8 +32,7 @@ config::Keys map_keys(terrain::MapKeys& map) {
                 "edges; with projection"),
         config::key("latitudes", &map.latitudes)
             .help("Kind of the latitudes of the map, planetographic ones those of the spheroid of the body; "
-                  "with "
-                  "projection"),
+                  "with projection"),
         angle("left_deg", map.left_rad)
             .range(-720, 720)
             .help("Longitude of the left edge, east positive; with projection = \"simple_cylindrical\""),
@@ -45,8 +44,7 @@ config::Keys map_keys(terrain::MapKeys& map) {
         angle("centre_longitude_deg", map.centre_longitude_rad)
             .range(-360, 360)
             .help("Meridian that runs up from the pole (south) or down from it (north) in a polar "
-                  "stereographic "
-                  "map, which has true scale at the pole"),
+                  "stereographic map, which has true scale at the pole"),
         config::key("left_m", &map.left_m)
             .unit("m")
             .range(-1e12, 1e12)

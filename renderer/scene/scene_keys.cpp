@@ -102,8 +102,7 @@ config::Keys keys_of(Camera& s) {
             .help("Distance of the focus from the sensor, with psf gaussian and airy"),
         config::key("psf_file", config::Path{&s.psf.file})
             .help("FITS images of a point source, with psf table; keywords OVERSAMP (samples per pixel), "
-                  "FIELDX, "
-                  "FIELDY, BAND"),
+                  "FIELDX, FIELDY, BAND"),
         config::key("psf_core_px", &s.psf.core_px)
             .unit("px")
             .range(2, 128)
@@ -116,8 +115,8 @@ config::Keys keys_of(Camera& s) {
             .help("Radius of the wings of the point spread function, beyond psf_core_px; 0: no wings, all "
                   "light is in the core"),
         config::key("projection", &s.projection)
-            .help("Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, "
-                  "2 f tan t/2, f sin t"),
+            .help("Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, 2 f "
+                  "tan t/2, f sin t"),
         config::key("distortion", &s.distortion.model)
             .help("Model of the lens distortion; each has coefficients of its own or a table"),
         config::key("distortion_coefficients", &s.distortion.coefficients)
@@ -145,8 +144,7 @@ config::Keys keys_of(Camera& s) {
             .help("Rotation of the sensor about the optical axis, right towards down"),
         word_key("vignetting", &s.pupil_cosine, "none", "cos4")
             .help("cos4: light is attenuated by the cosine of its angle to the boresight; with the solid "
-                  "angle of "
-                  "a pinhole's pixels this is the cos^4 law"),
+                  "angle of a pinhole's pixels this is the cos^4 law"),
     };
 }
 
@@ -164,8 +162,7 @@ config::Keys keys_of(Body& s) {
             .help("Emission map, a factor on emission_w_m2_sr: an image as for albedo_texture; empty: none"),
         config::key("albedo_texture", config::Path{&s.textures.albedo, true, true})
             .help("Albedo map, a factor on the body's reflectance: FITS, PNG, TIFF, JPEG, OpenEXR or PDS3 "
-                  "image; "
-                  "empty: none"),
+                  "image; empty: none"),
         config::key("normal_texture", config::Path{&s.textures.normal, true, true})
             .help("Normal map, an image that perturbs the surface normals; empty: none"),
         word_key("texture_coding", &s.textures.srgb, "linear", "srgb")
@@ -208,8 +205,7 @@ config::Keys keys_of(Landmark& s) {
             .unit("deg")
             .range(-360, 360)
             .help("Longitude of the point about the body's z axis, from its x axis towards its y axis; the "
-                  "point "
-                  "is where that direction from the origin leaves the surface"),
+                  "point is where that direction from the origin leaves the surface"),
         config::key("latitude_deg", config::Scaled{&s.latitude_rad, degree})
             .unit("deg")
             .range(-90, 90)

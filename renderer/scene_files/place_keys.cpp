@@ -137,8 +137,7 @@ void check_frame(const ephemeris::PathFrames& frames, const std::filesystem::pat
                  const config::ReadTable& table) {
     if (!table.has("parent") && !ephemeris::is_inertial_frame(frames.frame))
         throw ConfigError(
-            fmt::format("{}: reference frame {}, allowed without a parent are ICRF, GCRF, EME2000 "
-                        "and J2000",
+            fmt::format("{}: reference frame {}, allowed without a parent are ICRF, GCRF, EME2000 and J2000",
                         file.string(), config::printable(frames.frame, 40)));
 }
 

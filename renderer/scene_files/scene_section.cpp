@@ -187,8 +187,7 @@ config::Section landmark_section(Landmark& landmark) {
         config::key("position_m", &read->position_m)
             .unit("m")
             .range(anywhere)
-            .help("Point of the surface in the body's own frame, instead of longitude_deg and "
-                  "latitude_deg"));
+            .help("Point of the surface in the body's own frame, instead of longitude_deg and latitude_deg"));
     section.check = [&landmark, read](const config::ReadTable& table) {
         landmark.position = table.position_text();
         exclude(table, "longitude_deg", "position_m");

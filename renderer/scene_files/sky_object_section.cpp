@@ -131,8 +131,7 @@ config::Section sky_object_section(SkyObject& object, const std::shared_ptr<Kern
     const auto read = std::make_shared<SkyObjectKeys>();
     read->place.epoch = kernels->epoch;
     config::Section section{"sky_object",
-                            "A star that moves or varies, a point in space with a phase law, or a "
-                            "galaxy."};
+                            "A star that moves or varies, a point in space with a phase law, or a galaxy."};
     section.keys = keys_of(object, *read);
     const config::Keys kernel_keys = keys_of(read->kernel, true);
     section.keys.insert(section.keys.end(), kernel_keys.begin(), kernel_keys.end());
@@ -160,8 +159,8 @@ config::List sky_object_list(const std::shared_ptr<std::vector<SkyObject>>& obje
     config::List list;
     list.name = "sky_object";
     list.help =
-        "A sky object beside bodies and catalogue, one table for each: a star that moves or varies (or "
-        "is in no catalogue), a point in space with a phase law (satellite, planet), a galaxy.";
+        "A sky object beside bodies and catalogue, one table for each: a star that moves or varies (or is in "
+        "no catalogue), a point in space with a phase law (satellite, planet), a galaxy.";
     list.clear = [objects] { objects->clear(); };
     list.append = [objects, kernels](const config::Value& /*table*/) {
         objects->emplace_back();

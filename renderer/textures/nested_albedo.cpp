@@ -78,8 +78,8 @@ NestedAlbedo::NestedAlbedo(const SurfaceDomain& domain, std::vector<AlbedoSource
                                          given.name, planes, bands.size()));
         if (texture.paged() != nullptr && given.frame.registration() == Registration::node)
             throw InputError(
-                fmt::format("{}: samples of nodes: a giant texture of albedo that is larger than "
-                            "memory needs those of pixels",
+                fmt::format("{}: samples of nodes: a giant texture of albedo that is larger than memory "
+                            "needs those of pixels",
                             given.name));
         Source source{given.name,
                       given.map.texture,

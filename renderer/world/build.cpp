@@ -180,8 +180,8 @@ private:
         const auto path = [&](const std::filesystem::path& word) {
             if (word.string().starts_with("*"))
                 throw InputError(
-                    fmt::format("{}: material '{}' has its texture inside the file: it must be a file "
-                                "of its own",
+                    fmt::format("{}: material '{}' has its texture inside the file: it must be a file of its "
+                                "own",
                                 file.string(), m.name));
             return find_texture(file, word.string());
         };
@@ -207,8 +207,8 @@ private:
         auto texture = cache_.get(file, coding, edge);
         if (texture->planes() != 1 && !texture->rgb() && texture->planes() != bands_.size())
             throw InputError(
-                fmt::format("{}: {} planes: allowed for {} are 1, red, green and blue, or one for "
-                            "each of the {} bands",
+                fmt::format("{}: {} planes: allowed for {} are 1, red, green and blue, or one for each of "
+                            "the {} bands",
                             file.string(), texture->planes(), place, bands_.size()));
         return texture;
     }

@@ -19,8 +19,8 @@ void require_whole(const SurfaceDomain& domain, const HeightSource& source) {
     const Raster& raster = *source.raster.raster;
     const MapFrame& frame = raster.frame();
     const std::string rest =
-        "and no source below it fills that; give a source of the whole body with a lower "
-        "`priority`, or fill its holes with `obscura import map --fill gaussian`";
+        "and no source below it fills that; give a source of the whole body with a lower `priority`, or fill "
+        "its holes with `obscura import map --fill gaussian`";
     if (raster.samples().has_holes())
         throw InputError(fmt::format("{}: has pixels without data, {}", source.name, rest));
     if (domain.is_plane()) {
@@ -29,8 +29,7 @@ void require_whole(const SurfaceDomain& domain, const HeightSource& source) {
              {Vec3{-edge, -edge, 0}, Vec3{edge, -edge, 0}, Vec3{-edge, edge, 0}, Vec3{edge, edge, 0}})
             if (!raster.inside(frame.place(corner)))
                 throw InputError(
-                    fmt::format("{}: does not cover the corner x {:.6g} m, y {:.6g} m of the terrain, "
-                                "{}",
+                    fmt::format("{}: does not cover the corner x {:.6g} m, y {:.6g} m of the terrain, {}",
                                 source.name, corner.x, corner.y, rest));
         return;
     }

@@ -25,8 +25,7 @@ MapFrame frame_of(const MapKeys& keys, const MapLabel& label, const SurfaceDomai
         if (label.projection && label.transform)
             return {*label.projection, *label.transform, label.registration, width, height};
         throw std::invalid_argument(
-            "the file has no label with its place on the body: give `projection` and its "
-            "edges");
+            "the file has no label with its place on the body: give `projection` and its edges");
     }
     Projection p = Projection::of_sphere(*keys.projection, domain.is_plane() ? 1 : domain.radii_m().x,
                                          keys.centre_longitude_rad);
@@ -69,8 +68,8 @@ HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
     const std::int64_t pixels = std::int64_t{image.width} * image.height;
     if (pixels > most_memory_samples)
         throw std::invalid_argument(
-            fmt::format("{} x {} pixels; a raster of more than {} million is made a giant "
-                        "texture (.obt) by `obscura import map`",
+            fmt::format("{} x {} pixels; a raster of more than {} million is made a giant texture (.obt) by "
+                        "`obscura import map`",
                         image.width, image.height, most_memory_samples / 1'000'000));
     require_memory(MemoryPyramid::bytes(image.width, image.height), name);
     HeightRaster made;

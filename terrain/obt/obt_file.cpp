@@ -180,8 +180,7 @@ void ObtFile::read(std::uint32_t plane, int level, std::int64_t x, std::int64_t 
         rows < 0 || x > width(level) - columns || y > height(level) - rows ||
         out.size() < static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows))
         throw std::out_of_range(
-            fmt::format("{}: {} x {} samples at ({}, {}) of level {}, plane {}: outside of "
-                        "the raster",
+            fmt::format("{}: {} x {} samples at ({}, {}) of level {}, plane {}: outside of the raster",
                         shards_.name(), columns, rows, x, y, level, plane));
     if (columns == 0 || rows == 0) return;
     std::vector<float> coarser; // of the whole block, once one tile is absent
@@ -306,9 +305,8 @@ void ObtFile::check_block(const BlockName& name, std::uint64_t place, std::uint3
                                     numbers[static_cast<std::size_t>(row * stored_tile_edge + column)]);
                                 if (v < facts.least || v > facts.largest)
                                     throw InputError(fmt::format(
-                                        "{}: {}: sample {} is outside of its range, {} "
-                                        "to {}",
-                                        shards_.name(), to_string(t), v, facts.least, facts.largest));
+                                        "{}: {}: sample {} is outside of its range, {} to {}", shards_.name(),
+                                        to_string(t), v, facts.least, facts.largest));
                             }
                     }
                 } catch (const InputError& e) {

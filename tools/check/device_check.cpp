@@ -153,8 +153,7 @@ void try_display(const transports::StimulatorSettings& stimulator, Trials& trial
             return fmt::format("bus {} address {}", display.bus, display.address);
         }
         throw HardwareError(fmt::format(
-            "no USB display {:04x}:{:04x}{} is connected; the daemon waits for it. "
-            "lsusb shows what is there",
+            "no USB display {:04x}:{:04x}{} is connected; the daemon waits for it. lsusb shows what is there",
             vendor, product, stimulator.serial.empty() ? "" : " with serial " + stimulator.serial));
     });
 }
@@ -202,8 +201,8 @@ void try_realtime(const emulator::DaemonConfig& config, Trials& trials) {
         if (grant.granted) munlockall();
         if (!grant.granted)
             throw HardwareError(
-                fmt::format("{}; start the daemon as a service, or allow it in "
-                            "/etc/security/limits.d (memlock unlimited), or give CAP_IPC_LOCK",
+                fmt::format("{}; start the daemon as a service, or allow it in /etc/security/limits.d "
+                            "(memlock unlimited), or give CAP_IPC_LOCK",
                             grant.why));
         return std::string("permitted");
     });

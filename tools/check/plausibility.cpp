@@ -143,8 +143,8 @@ void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
         const std::string span =
             times.empty() ? "" : fmt::format(" ({:.6g} s to {:.6g} s)", times.front(), times.back());
         add("pose_age",
-            fmt::format("the poses of {} are known for other times{}: at scene time {:.6g} s they are "
-                        "{:.4g} s away, and it is held or extrapolated. Check the scene's epoch and "
+            fmt::format("the poses of {} are known for other times{}: at scene time {:.6g} s they are {:.4g} "
+                        "s away, and it is held or extrapolated. Check the scene's epoch and "
                         "daemon.scene_start_s",
                         name, span, at_s, age_s));
     };
@@ -201,9 +201,9 @@ void Plausibility::judge_field(const scene::Scene& scene, std::span<const render
         const renderer::SeenBody& body = view_.bodies[nearest];
         add(all_behind ? "behind_camera" : "outside_field",
             fmt::format(
-                "no body is in the field of {}{}: {}{} is {:.4g} deg from the boresight{}. Try "
-                "look_at, or check boresight or orientation (scalar first, from the camera's axes, +z "
-                "the boresight, to J2000)",
+                "no body is in the field of {}{}: {}{} is {:.4g} deg from the boresight{}. Try look_at, or "
+                "check boresight or orientation (scalar first, from the camera's axes, +z the boresight, to "
+                "J2000)",
                 field_text(view_), star_in_field ? "" : ", and no star",
                 view_.bodies.size() > 1 ? "the nearest, " : "", in_quotes(body.name),
                 degrees(body.boresight_rad), all_behind ? ", behind the camera" : ""));
@@ -216,8 +216,8 @@ void Plausibility::judge_field(const scene::Scene& scene, std::span<const render
     } else if (catalogue_.count > 0) {
         add(body_in_field || sun_in_field ? "no_star" : "nothing_in_field",
             fmt::format("{} in the field of {}: the {} stars of the catalogue, to magnitude {:.3g}, have "
-                        "{:.2g} in a field "
-                        "of that size on average. Try a larger limiting_magnitude or a deeper catalogue",
+                        "{:.2g} in a field of that size on average. Try a larger limiting_magnitude or a "
+                        "deeper catalogue",
                         body_in_field || sun_in_field ? "no star is" : "no body and no star are",
                         field_text(view_), catalogue_.count, catalogue_.faintest_v,
                         static_cast<double>(catalogue_.count) * view_.field_x_rad * view_.field_y_rad /
@@ -242,9 +242,8 @@ void Plausibility::add_signal(const SignalFigures& signal) {
     if (above_dn < 1)
         judge_dark(
             fmt::format(
-                "the brightest expected signal is {:.2g} DN above black ({:.3g} e-): the frame is dark. "
-                "Try a longer exposure_us (now {:.6g}), more gain_db, or check the Sun and the "
-                "unit of lengths",
+                "the brightest expected signal is {:.2g} DN above black ({:.3g} e-): the frame is dark. Try "
+                "a longer exposure_us (now {:.6g}), more gain_db, or check the Sun and the unit of lengths",
                 std::max(0.0, above_dn), signal.brightest_e, signal.exposure_us),
             signal.rows_share);
     if (posed_ && signal.saturated_share > saturated_share_limit) {
@@ -261,8 +260,8 @@ void Plausibility::add_signal(const SignalFigures& signal) {
                       signal.exposure_us, signal.obtained_us)
                 : fmt::format("try exposure_us = {:.3g} (now {:.6g})", fitting_us, signal.exposure_us);
         add("saturated",
-            fmt::format("{:.0f} % of the pixels are saturated, the brightest would be at {:.3g} times "
-                        "the range: {}",
+            fmt::format("{:.0f} % of the pixels are saturated, the brightest would be at {:.3g} times the "
+                        "range: {}",
                         100 * signal.saturated_share, over, cure));
     }
 }
@@ -270,8 +269,8 @@ void Plausibility::add_signal(const SignalFigures& signal) {
 void Plausibility::judge_light(double brightest, double rows_share) {
     if (!(brightest > 0))
         judge_dark(
-            "nothing in the field gives any light: check the Sun's place, the lamps, and on which side "
-            "of the body the camera is",
+            "nothing in the field gives any light: check the Sun's place, the lamps, and on which side of "
+            "the body the camera is",
             rows_share);
 }
 
@@ -295,8 +294,8 @@ void Plausibility::add_times(const TimeFigures& times) {
     if (times.period_ms && times.shortest_period_ms > *times.period_ms * (1 + 1e-6))
         add("readout",
             fmt::format("a frame takes the sensor {} (exposure {}, readout {}), but triggers come every {}: "
-                        "some will be missed. Try a shorter exposure_us, a higher pixel_clock_hz or "
-                        "rate_hz = {:.3g}",
+                        "some will be missed. Try a shorter exposure_us, a higher pixel_clock_hz or rate_hz "
+                        "= {:.3g}",
                         duration_text(times.shortest_period_ms), duration_text(times.exposure_ms),
                         duration_text(times.readout_ms), duration_text(*times.period_ms),
                         std::floor(1e6 / times.shortest_period_ms) / 1e3));
@@ -306,9 +305,9 @@ void Plausibility::add_rendering(const RenderFigures& rendering) {
     rendering_ = rendering;
     if (times_ && times_->period_ms && rendering.ms > *times_->period_ms)
         add("render_time",
-            fmt::format("rendering takes this machine {} {} a frame (estimated), but "
-                        "triggers come every {}: frames will be late. Try fewer samples_per_pixel, "
-                        "max_instants = 1, fewer bounces or a smaller region",
+            fmt::format("rendering takes this machine {} {} a frame (estimated), but triggers come every {}: "
+                        "frames will be late. Try fewer samples_per_pixel, max_instants = 1, fewer bounces "
+                        "or a smaller region",
                         rendering.at_least ? "more than" : "about", duration_text(rendering.ms),
                         duration_text(*times_->period_ms)));
 }

@@ -44,8 +44,8 @@ public:
         } catch (const host::CallRefused& refused) {
             if (refused.code == "unknown-call")
                 throw host::CallError(refused.code,
-                                      fmt::format("obscura {}: the daemon has no call {}: it is of "
-                                                  "another version than this program",
+                                      fmt::format("obscura {}: the daemon has no call {}: it is of another "
+                                                  "version than this program",
                                                   verb_, name));
             throw host::CallError(refused.code, refusal_line(verb_, name, refused.what(), refused.hint));
         } catch (const HardwareError& error) {

@@ -20,8 +20,8 @@ FrameNames::FrameNames(std::string_view verb, const std::string& output, const s
     const std::string suffix = output_.extension().string();
     if (!is_folder_ && several)
         throw host::UsageError(
-            fmt::format("obscura {}: --output {}: for several frames a folder is wanted, as "
-                        "{}/ with a slash at its end",
+            fmt::format("obscura {}: --output {}: for several frames a folder is wanted, as {}/ with a slash "
+                        "at its end",
                         verb, output, output_.replace_extension().string()));
     // Said before a frame is waited for.
     if (const std::filesystem::path folder = output_.parent_path();

@@ -307,10 +307,8 @@ std::string raw_description(const GdalRawFile& file) {
         fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">", file.width, file.height);
     for (std::uint32_t i = 0; i < file.bands; ++i)
         text += fmt::format(
-            "<VRTRasterBand dataType=\"{}\" band=\"{}\" subClass=\"VRTRawRasterBand\">"
-            "<SourceFilename relativeToVRT=\"0\">{}</SourceFilename><ImageOffset>{}</ImageOffset>"
-            "<PixelOffset>{}</PixelOffset><LineOffset>{}</LineOffset><ByteOrder>{}</ByteOrder></"
-            "VRTRasterBand>",
+            "<VRTRasterBand dataType=\"{}\" band=\"{}\" subClass=\"VRTRawRasterBand\"><SourceFilename "
+            "relativeToVRT=\"0\">{}</SourceFilename><ImageOffset>{}</ImageOffset><PixelOffset>{}</PixelOffset><LineOffset>{}</LineOffset><ByteOrder>{}</ByteOrder></VRTRasterBand>",
             GDALGetDataTypeName(gdal_type(file.type)), i + 1, name, file.offset + i * file.band_bytes,
             bytes_of(file.type), file.row_bytes, file.big_endian ? "MSB" : "LSB");
     CPLFree(name);

@@ -65,9 +65,8 @@ GdalProcess::GdalProcess(const GdalLimits& limits) : limits_(limits) {
     if (program.empty())
         throw Error(
             exit_hardware,
-            "obscura import map: the program obscura-gdal is missing, which reads maps "
-            "through GDAL: install Debian's package obscura-gdal, or run `scripts/build obscura-gdal` "
-            "in a checkout");
+            "obscura import map: the program obscura-gdal is missing, which reads maps through GDAL: install "
+            "Debian's package obscura-gdal, or run `scripts/build obscura-gdal` in a checkout");
     int requests[2], answers[2];
     if (pipe2(requests, O_CLOEXEC) != 0) throw Error(exit_software, "no pipe to obscura-gdal");
     FileDescriptor their_in(requests[0]);

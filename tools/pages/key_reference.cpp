@@ -48,10 +48,10 @@ KeyReference scene_reference() {
     KeyReference reference{
         "scene",
         "Scene file",
-        "A TOML file, named by `[scene] file` of a configuration and rendered by `obscura "
-        "render FILE`. Relative file names start from the folder of the file. The keys of "
-        "a body's shape and material stand beside the body's own. Trajectories, joint tables "
-        "and star catalogues, which the file names, are described in docs/tables.md.",
+        "A TOML file, named by `[scene] file` of a configuration and rendered by `obscura render FILE`. "
+        "Relative file names start from the folder of the file. The keys of a body's shape and material "
+        "stand beside the body's own. Trajectories, joint tables and star catalogues, which the file names, "
+        "are described in docs/tables.md.",
         {},
         scene};
     add(reference.tables, scene::scene_section(*scene));

@@ -81,8 +81,8 @@ std::string camera_text(const Json& camera, std::size_t number) {
     text += fmt::format("  {:<22}{}, clock {}; {}\n", "trigger", trigger_of(camera),
                         text_at(camera, "/clock/state"),
                         flag_at(camera, "/trigger_ready") ? "ready" : "not ready");
-    text += fmt::format("  {:<22}{} triggers, {} frames, {} complete, {} late, {} missed triggers, "
-                        "{} abandoned, {} dropped, {} degraded; last frame {}\n",
+    text += fmt::format("  {:<22}{} triggers, {} frames, {} complete, {} late, {} missed triggers, {} "
+                        "abandoned, {} dropped, {} degraded; last frame {}\n",
                         "since the start", number_at(camera, "/camera/triggers"),
                         number_at(camera, "/camera/frames"), number_at(camera, "/camera/complete"),
                         number_at(camera, "/camera/late"), number_at(camera, "/camera/missed_triggers"),

@@ -151,13 +151,13 @@ std::string svg(const Plot& plot) {
     for (const PlotMark& mark : plot.marks) {
         if (!(mark.horizontal ? y : x).shows(mark.at)) continue;
         if (mark.horizontal)
-            out += fmt::format("<path d=\"M{0} {1:.1f}H{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/>"
-                               "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\" fill=\"#555\">{5}</text>\n",
+            out += fmt::format("<path d=\"M{0} {1:.1f}H{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/><text "
+                               "x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\" fill=\"#555\">{5}</text>\n",
                                left, y.at(mark.at), width - right, width - right - 4, y.at(mark.at) - 4,
                                escaped_xml(mark.label));
         else
-            out += fmt::format("<path d=\"M{0:.1f} {1}V{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/>"
-                               "<text transform=\"translate({3:.1f} {4}) rotate(-90)\" text-anchor=\"end\" "
+            out += fmt::format("<path d=\"M{0:.1f} {1}V{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/><text "
+                               "transform=\"translate({3:.1f} {4}) rotate(-90)\" text-anchor=\"end\" "
                                "fill=\"#555\">{5}</text>\n",
                                x.at(mark.at), top, height - bottom, x.at(mark.at) - 4, top + 4,
                                escaped_xml(mark.label));

@@ -72,8 +72,8 @@ Region RenderOptions::region(const scene::Camera& camera, std::string_view progr
            r.height <= camera.height - r.y;
     if (!good)
         throw host::UsageError(
-            fmt::format("{}: --window \"{}\": allowed is X,Y,WIDTHxHEIGHT inside the {} x {} "
-                        "pixels, for example 8,16,64x32",
+            fmt::format("{}: --window \"{}\": allowed is X,Y,WIDTHxHEIGHT inside the {} x {} pixels, for "
+                        "example 8,16,64x32",
                         program, window.substr(0, 60), camera.width, camera.height));
     return r;
 }

@@ -97,8 +97,8 @@ public:
 private:
     [[noreturn]] void refuse_frames() const {
         throw host::UsageError(
-            fmt::format("obscura batch plan: --frames \"{}\": allowed is A:B with A < B, each 0 to "
-                        "{}, for example 0:46000",
+            fmt::format("obscura batch plan: --frames \"{}\": allowed is A:B with A < B, each 0 to {}, for "
+                        "example 0:46000",
                         frames_.substr(0, 60), most_frames));
     }
 
@@ -177,8 +177,7 @@ public:
             "be stopped, killed and repeated at any time, on any machine, and two runs of one shard do no "
             "harm. A frame's file appears under its name when it is complete and on the disk. On SIGTERM and "
             "SIGINT the frame in progress is dropped, and the exit status is 75: run it again. The first "
-            "error "
-            "(disk full, scene or asset changed or unreadable) ends the run.";
+            "error (disk full, scene or asset changed or unreadable) ends the run.";
         declare_batch_folder(line, batch_);
         line.option("--shard", &shards_, "K",
                     "Shards to render, from 0: 7, or 0-9,12. Default: all, one after the other");

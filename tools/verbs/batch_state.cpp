@@ -87,13 +87,13 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "reads all frames of a batch and compares their SHA-256 with the records";
         line.description = "Prints a line for each frame whose file is missing or is not as recorded; "
-                           "obscura batch run makes "
-                           "those anew. Exit status 0 if every frame of the plan is there and right, else 1.";
+                           "obscura batch run makes those anew. Exit status 0 if every frame of the plan is "
+                           "there and right, else 1.";
         declare_batch_folder(line, batch_);
         line.flag(
             "--inputs", inputs_,
-            "Also read the scene and all files that it reads whole; a run reads samples of those beyond "
-            "64 MiB");
+            "Also read the scene and all files that it reads whole; a run reads samples of those beyond 64 "
+            "MiB");
         line.number("--threads", &threads_, "N", "Threads that read; 0: one per core", 0, 1024);
         line.flag("--json", json_, "Print the figures as one JSON object");
         line.examples = {"obscura batch verify batch && echo complete",
@@ -126,11 +126,10 @@ public:
         line.summary = "hands the unfinished shards of a batch to Slurm or GNU parallel";
         line.description =
             "Makes the command that runs obscura batch run for each unfinished shard, prints it, and "
-            "executes "
-            "it: an array of jobs for Slurm, or GNU parallel on this machine and, with its own options, on "
-            "others. All machines must see DIR, the scene and its files under the same names. Slurm sends "
-            "SIGTERM a minute before a job's time is over; what it did not finish is submitted by the next "
-            "call.";
+            "executes it: an array of jobs for Slurm, or GNU parallel on this machine and, with its own "
+            "options, on others. All machines must see DIR, the scene and its files under the same names. "
+            "Slurm sends SIGTERM a minute before a job's time is over; what it did not finish is submitted "
+            "by the next call.";
         declare_batch_folder(line, batch_);
         line.flag("--slurm", slurm_, "Submit an array of jobs with sbatch");
         line.flag("--parallel", parallel_, "Run jobs with GNU parallel, and wait for them");

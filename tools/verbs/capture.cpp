@@ -34,13 +34,12 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "makes the frames of a camera offline: render and detector, no network";
         line.description =
-            "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, "
-            "without triggers or transports, and saves them. Frame k shows the scene k - 1 trigger "
-            "periods after its start. With scene_time = \"nominal\" the frames are byte for byte those "
-            "that obscurad sends with the same configuration and run word after an acquisition start. What "
-            "is odd about the configuration (nothing in the field, much of the frame saturated, readout "
-            "longer than the trigger period, ...) is a warning on standard error; obscura check says it "
-            "beforehand.";
+            "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, without "
+            "triggers or transports, and saves them. Frame k shows the scene k - 1 trigger periods after its "
+            "start. With scene_time = \"nominal\" the frames are byte for byte those that obscurad sends "
+            "with the same configuration and run word after an acquisition start. What is odd about the "
+            "configuration (nothing in the field, much of the frame saturated, readout longer than the "
+            "trigger period, ...) is a warning on standard error; obscura check says it beforehand.";
         line.positional("CONFIG", &config_, "Daemon configuration (TOML)");
         line.number("-n,--frames", &frames_, "N", "Number of frames to make", 1, 1e9);
         line.number("--first", &first_, "K", "Number of the first frame to make", 1, 1e9);

@@ -25,13 +25,13 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "measures a sensor after EMVA 1288: gain, noise, saturation, patterns";
         line.description =
-            "Measures gain, noise, saturation capacity, linearity, DSNU, PRNU and dark current from "
-            "digital numbers alone. The images come from one of three sources: --preset simulates bright "
-            "and dark series of a sensor and compares each result with the value in the sensor file; "
-            "--series reads the descriptor and the images of an EMVA 1288 reference set; --camera takes a "
-            "series from a running GigE Vision camera in front of a uniform, constant light, with "
-            "exposure times that rise until the image saturates. The exit status is 1 when a result "
-            "deviates from the value in the sensor file by more than its tolerance.";
+            "Measures gain, noise, saturation capacity, linearity, DSNU, PRNU and dark current from digital "
+            "numbers alone. The images come from one of three sources: --preset simulates bright and dark "
+            "series of a sensor and compares each result with the value in the sensor file; --series reads "
+            "the descriptor and the images of an EMVA 1288 reference set; --camera takes a series from a "
+            "running GigE Vision camera in front of a uniform, constant light, with exposure times that rise "
+            "until the image saturates. The exit status is 1 when a result deviates from the value in the "
+            "sensor file by more than its tolerance.";
         line.option("--preset", &preset_, "NAME",
                     "Sensor to simulate: a name that `obscura sensor list` prints, or a .toml file");
         line.option("--series", &series_, "DIR",

@@ -70,8 +70,7 @@ public:
             "What is odd is a warning on standard error: what, the figure, and what to try; the exit status "
             "stays 0 without --strict. Signal and rendering time are estimated by rendering a frame, or for "
             "about 2 seconds as many of its rows as this machine can, the making of a terrain's tiles apart. "
-            "Opens no device and no socket without "
-            "--devices.";
+            "Opens no device and no socket without --devices.";
         line.positional(
             "FILE", &file_,
             "Daemon configuration, scene file or sensor file (TOML), or name of a shipped scene or sensor");

@@ -39,22 +39,22 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "compares two images (shift, scale, correlation, residual) or two star lists";
         line.description =
-            "Registers two images of the same size: finds the sub-pixel shift of the highest correlation "
-            "and fits IMAGE = scale * REFERENCE + offset at that shift by least squares; prints shift, "
-            "scale, offset, Pearson correlation and residual. Reads FITS, PNG, OpenEXR and PDS3 (attached "
-            "label, or the detached label as the file). Pixels that are NaN in either image are left out. "
-            "The standard error of the shift contains noise and what the images do not share otherwise "
-            "(texture, shape, shading), estimated from the autocorrelation of the residual and from the "
-            "scatter between blocks of the image: a shift of several standard errors is significant. None "
-            "is given where the correlation has no maximum within --max-shift, because the shift is "
-            "then undetermined. With --scene, the scene file that IMAGE was rendered from, the report also "
-            "gives the scale in I/F (pi times the radiance over the Sun's irradiance at the scene's first "
-            "body), which is dimensionless where REFERENCE is in I/F; and --pointing fits three angles of "
-            "the camera instead of a shift: right, down and roll. If both files are star lists, CSV tables "
-            "with the columns x_px and y_px (or x and y), or ra_deg and dec_deg, and magnitudes (mag, v_mag, "
-            "magnitude_v, V) or fluxes (flux, signal_e, ...): matches the stars, the nearest pairs first, "
-            "and prints number, mean shift and rms distance of the pairs, and the zero point: mean and "
-            "scatter of the magnitude of the star in IMAGE less that in REFERENCE.";
+            "Registers two images of the same size: finds the sub-pixel shift of the highest correlation and "
+            "fits IMAGE = scale * REFERENCE + offset at that shift by least squares; prints shift, scale, "
+            "offset, Pearson correlation and residual. Reads FITS, PNG, OpenEXR and PDS3 (attached label, or "
+            "the detached label as the file). Pixels that are NaN in either image are left out. The standard "
+            "error of the shift contains noise and what the images do not share otherwise (texture, shape, "
+            "shading), estimated from the autocorrelation of the residual and from the scatter between "
+            "blocks of the image: a shift of several standard errors is significant. None is given where the "
+            "correlation has no maximum within --max-shift, because the shift is then undetermined. With "
+            "--scene, the scene file that IMAGE was rendered from, the report also gives the scale in I/F "
+            "(pi times the radiance over the Sun's irradiance at the scene's first body), which is "
+            "dimensionless where REFERENCE is in I/F; and --pointing fits three angles of the camera instead "
+            "of a shift: right, down and roll. If both files are star lists, CSV tables with the columns "
+            "x_px and y_px (or x and y), or ra_deg and dec_deg, and magnitudes (mag, v_mag, magnitude_v, V) "
+            "or fluxes (flux, signal_e, ...): matches the stars, the nearest pairs first, and prints number, "
+            "mean shift and rms distance of the pairs, and the zero point: mean and scatter of the magnitude "
+            "of the star in IMAGE less that in REFERENCE.";
         line.positional("REFERENCE", &reference_, "Reference image");
         line.positional("IMAGE", &image_, "Image to compare with the reference");
         line.option(
@@ -85,12 +85,12 @@ public:
                     1024);
         line.option(
             "--scene", &scene_file_, "SCENE",
-            "Scene file (TOML) that IMAGE was rendered from, whole sensor: its camera and Sun, for I/F "
-            "and --pointing");
+            "Scene file (TOML) that IMAGE was rendered from, whole sensor: its camera and Sun, for I/F and "
+            "--pointing");
         line.flag(
             "--pointing", pointing_,
-            "Fit the pointing of the scene's camera, two angles and a roll; the other figures are those "
-            "of IMAGE at the fitted pointing");
+            "Fit the pointing of the scene's camera, two angles and a roll; the other figures are those of "
+            "IMAGE at the fitted pointing");
         line.number("--max-roll", &max_roll_deg_, "DEG",
                     "Largest roll to search for with --pointing, in degrees; the shift has --max-shift", 0,
                     45);

@@ -116,8 +116,7 @@ private:
         const double steps = std::floor(static_cast<double>(last.tai_ns - first.tai_ns) / step_ns);
         if (steps >= max_table_rows)
             throw host::UsageError(
-                fmt::format("obscura ephemeris: {:.0f} rows, allowed are {:.0f}: choose a longer "
-                            "--step",
+                fmt::format("obscura ephemeris: {:.0f} rows, allowed are {:.0f}: choose a longer --step",
                             steps + 1, max_table_rows));
         const bool light = see_ != "geometric", apparent = see_ == "apparent" || see_ == "deflected";
         const Corrections corrections{light, apparent, see_ == "deflected"};

@@ -25,11 +25,10 @@ public:
             "the key kernels of a scene and for obscura ephemeris. Without --output it becomes the default "
             "ephemeris, which scenes use that name no kernels: $XDG_DATA_HOME/obscura/de405.bsp "
             "(~/.local/share), of root /usr/local/share/obscura/de405.bsp. FILE is the folder of casacore's "
-            "table of "
-            "JPL's DE405, which Debian's package casacore-data-jpl-de405 installs (planets, Moon and Sun, "
-            "1959 to 2060), or an SPK, CK or binary PCK kernel: big-endian ones and transfer files (.xsp, "
-            ".xc, .xpc) are converted. Binary kernels of either byte order and transfer files can also be "
-            "used as they are.";
+            "table of JPL's DE405, which Debian's package casacore-data-jpl-de405 installs (planets, Moon "
+            "and Sun, 1959 to 2060), or an SPK, CK or binary PCK kernel: big-endian ones and transfer files "
+            "(.xsp, .xc, .xpc) are converted. Binary kernels of either byte order and transfer files can "
+            "also be used as they are.";
         line.positional("FILE", &file_, "Folder of the table, or kernel").required = false;
         line.option("-o,--output", &output_, "FILE", "Kernel to write; none: the default ephemeris");
         line.examples = {

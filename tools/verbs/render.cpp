@@ -36,16 +36,15 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "renders a scene to irradiance per pixel";
         line.description =
-            "Renders the camera of a scene file at one instant, or a sequence of frames. EXR and FITS "
-            "files hold the irradiance of every pixel at the entrance pupil in W/m2, one channel or plane "
-            "per spectral band, exactly 0 where no light arrives. A PNG is an 8-bit picture of the first "
-            "band with stretched contrast, not for measurement, or with --layer one AOV in false colour with "
-            "a colour bar. The same scene, settings and seed give "
-            "the same bytes on any number of threads (with --time-budget only if the number of passes is "
-            "the same too). The file name of a sequence needs a frame number such as %04d; --resume "
-            "continues an interrupted sequence. What is odd about the scene (nothing in the field, the "
-            "camera inside a body, ...) is a warning on standard error, before anything is rendered; obscura "
-            "check says more.";
+            "Renders the camera of a scene file at one instant, or a sequence of frames. EXR and FITS files "
+            "hold the irradiance of every pixel at the entrance pupil in W/m2, one channel or plane per "
+            "spectral band, exactly 0 where no light arrives. A PNG is an 8-bit picture of the first band "
+            "with stretched contrast, not for measurement, or with --layer one AOV in false colour with a "
+            "colour bar. The same scene, settings and seed give the same bytes on any number of threads "
+            "(with --time-budget only if the number of passes is the same too). The file name of a sequence "
+            "needs a frame number such as %04d; --resume continues an interrupted sequence. What is odd "
+            "about the scene (nothing in the field, the camera inside a body, ...) is a warning on standard "
+            "error, before anything is rendered; obscura check says more.";
         line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
         line.option("-o,--output", &output_, "FILE",
                     "Image to write; the name's ending selects the format: .exr, .fits or .png")

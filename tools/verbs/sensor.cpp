@@ -72,8 +72,8 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
         const auto fields = split(part, ',');
         if (fields.size() != 5 && fields.size() != 7)
             throw host::UsageError(
-                fmt::format("obscura sensor: --windows: \"{}\": X,Y,WIDTH,HEIGHT,EXPOSURE_US and "
-                            "optionally SAMPLING,READS are wanted",
+                fmt::format("obscura sensor: --windows: \"{}\": X,Y,WIDTH,HEIGHT,EXPOSURE_US and optionally "
+                            "SAMPLING,READS are wanted",
                             part));
         const auto pixels = [&](std::size_t i) {
             return static_cast<std::int32_t>(std::clamp(number(fields[i], part), -1e9, 1e9));
@@ -92,8 +92,8 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
                 w.sampling = Sampling::ramp;
             else
                 throw host::UsageError(
-                    fmt::format("obscura sensor: --windows: \"{}\": destructive, non-destructive, "
-                                "cds or ramp are allowed",
+                    fmt::format("obscura sensor: --windows: \"{}\": destructive, non-destructive, cds or "
+                                "ramp are allowed",
                                 fields[5]));
             w.reads = pixels(6);
         }
@@ -108,11 +108,11 @@ public:
         line.summary = "shows sensor parameters and readout timing: row reset and read times";
         line.description =
             "The action list prints the shipped sensors. show prints every parameter of a sensor with its "
-            "provenance and source. plan prints the readout of a frame: for each window the reset and "
-            "read times of its first and last row and the exposure obtained; as text, as JSON, or as a "
-            "picture of rows against time. maps writes the sensor's fixed-pattern maps (response, dark "
-            "current, offset), which depend on its serial number, as FITS files. NAME is a shipped sensor "
-            "or the path of a sensor file.";
+            "provenance and source. plan prints the readout of a frame: for each window the reset and read "
+            "times of its first and last row and the exposure obtained; as text, as JSON, or as a picture of "
+            "rows against time. maps writes the sensor's fixed-pattern maps (response, dark current, "
+            "offset), which depend on its serial number, as FITS files. NAME is a shipped sensor or the path "
+            "of a sensor file.";
         host::Option& action = line.positional("ACTION", &action_, "What to print or write");
         action.choices = {"list", "show", "plan", "maps"};
         host::Option& name = line.positional(

@@ -43,9 +43,9 @@ public:
             "settings give the same bytes as obscura render. The Python client obscura_client starts such a "
             "server by itself, or connects to one; docs/clients.md describes it, the calls and the protocol. "
             "Only this machine can connect over TCP (a tunnel of ssh serves others), unless --token-file "
-            "names "
-            "what clients must have. The files that they may name are those below --root and the shipped "
-            "ones. Each address is printed once the server listens there. It ends on SIGTERM or SIGINT.";
+            "names what clients must have. The files that they may name are those below --root and the "
+            "shipped ones. Each address is printed once the server listens there. It ends on SIGTERM or "
+            "SIGINT.";
         line.option(
             "--listen", &address_, "ADDRESS:PORT",
             "Listen at this address, without tokens one of the loopback interface; port 0: any free one; "
@@ -60,8 +60,8 @@ public:
                     "directory)");
         line.option(
             "--output", &output_, "DIR",
-            "Folder below which clients of --compatible may write pictures and files; without it they "
-            "can write nothing");
+            "Folder below which clients of --compatible may write pictures and files; without it they can "
+            "write nothing");
         line.option(
             "--token-file", &token_files_, "[PERMISSION:]FILE",
             "Clients over TCP need this token, which permits view, operate, scene (if none is named) or "

@@ -38,8 +38,8 @@ public:
             "other, or a single one with --pattern. calibrate reads the camera's image of each pattern, "
             "NAME.png or NAME.fits with the pattern's name, and writes the table for the key "
             "stimulator.calibration. An additional image named dark, taken with the screen off, separates "
-            "the black level of the screen from that of the camera. All images must be linear in light "
-            "and taken with the same exposure, without saturation.";
+            "the black level of the screen from that of the camera. All images must be linear in light and "
+            "taken with the same exposure, without saturation.";
         line.positional("ACTION", &action_, "What to do").choices = {"list", "patterns", "show", "calibrate"};
         line.option("--size", &size_, "WxH",
                     "With patterns and calibrate: width and height of the screen in pixels");

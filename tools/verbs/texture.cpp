@@ -121,8 +121,7 @@ public:
         line.summary = "prints the value of a giant texture at a place";
         line.description =
             "Prints the sample of a giant texture (.obt) that is nearest to a place, its column and row, and "
-            "the "
-            "value interpolated linearly between the four samples about the place. LAT and LON are the "
+            "the value interpolated linearly between the four samples about the place. LAT and LON are the "
             "planetocentric latitude and the longitude in degrees, east positive.";
         line.positional("FILE", &file_, "Giant texture");
         line.positional("LAT", &first_, "Latitude, degrees; with --map: y; with --pixel: row");
@@ -145,10 +144,8 @@ public:
             throw host::UsageError(fmt::format("obscura texture sample: --level {}: {} has levels 0 to {}",
                                                level_, file_, texture.levels() - 1));
         if (m.projection.kind == ProjectionKind::planar && !map_ && !pixel_)
-            throw host::UsageError(
-                fmt::format("obscura texture sample: {} is planar: add --map, for y and x in m, or "
-                            "--pixel",
-                            file_));
+            throw host::UsageError(fmt::format(
+                "obscura texture sample: {} is planar: add --map, for y and x in m, or --pixel", file_));
         const MapFrame frame = m.frame();
         const SamplePlace place = place_in(frame);
         const double period = pixel_ ? 0 : frame.period() * std::ldexp(1.0, -level_);
@@ -203,8 +200,8 @@ private:
         } else {
             if (!(std::abs(first_) <= 90) || !(std::abs(second_) <= 360))
                 throw host::UsageError(
-                    fmt::format("obscura texture sample: latitude {} and longitude {}: allowed are "
-                                "-90 to 90 and -360 to 360 degrees",
+                    fmt::format("obscura texture sample: latitude {} and longitude {}: allowed are -90 to 90 "
+                                "and -360 to 360 degrees",
                                 first_, second_));
             const double lat = first_ / degrees, lon = second_ / degrees;
             finest =
@@ -234,8 +231,8 @@ public:
         line.summary = "reads a giant texture once and compares its checksums";
         line.description =
             "Reads all of a giant texture (.obt) and its shards and compares the checksums of header, "
-            "directory and tiles, and the ranges of tiles with their samples. Prints what is "
-            "damaged; the exit status is 1 then.";
+            "directory and tiles, and the ranges of tiles with their samples. Prints what is damaged; the "
+            "exit status is 1 then.";
         line.positional("FILE", &file_, "Giant texture");
         line.flag("--json", json_, "Print one JSON object");
         line.examples = {"obscura texture check moon.obt"};
@@ -282,8 +279,7 @@ public:
         line.description =
             "Writes one level of a giant texture (.obt) with its projection as an uncompressed GeoTIFF file "
             "(BigTIFF above 2 GB), for other programs. Whole numbers that are their own values stay u8, i16 "
-            "or "
-            "u16; all others become 32-bit reals.";
+            "or u16; all others become 32-bit reals.";
         line.positional("FILE", &file_, "Giant texture");
         line.option("-o,--output", &output_, "TIFF", "File to write").required = true;
         line.number("--level", &level_, "N", "Level: 0 is the finest, each further one has half the samples",

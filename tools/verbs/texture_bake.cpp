@@ -32,13 +32,10 @@ public:
         line.summary = "writes the heights of a scene's terrain as a giant texture";
         line.description =
             "Makes the heights of a planet or terrain of a scene, all its height sources and detail "
-            "together, "
-            "at the samples of a map, and writes them as a giant texture (.obt) in u16 with steps by tile. "
-            "The "
-            "map is simple cylindrical, between --west, --east, --south and --north, or polar stereographic "
-            "within --within degrees of the pole; of a planar terrain, all of it. A bake that was "
-            "interrupted "
-            "goes on where it stopped when it is called again.";
+            "together, at the samples of a map, and writes them as a giant texture (.obt) in u16 with steps "
+            "by tile. The map is simple cylindrical, between --west, --east, --south and --north, or polar "
+            "stereographic within --within degrees of the pole; of a planar terrain, all of it. A bake that "
+            "was interrupted goes on where it stopped when it is called again.";
         line.positional("SCENE", &scene_, "Scene file");
         line.option("-o,--output", &output_, "FILE", "File to write").required = true;
         host::Option& spacing =
@@ -60,8 +57,7 @@ public:
         line.flag("--json", json_, "Print one JSON object");
         line.examples = {"obscura texture bake moon.toml --spacing 1000 -o moon.obt",
                          "obscura texture bake moon.toml --projection south_polar_stereographic --within 2 "
-                         "--spacing 20 -o "
-                         "pole.obt"};
+                         "--spacing 20 -o pole.obt"};
     }
 
     int run() override {
@@ -160,8 +156,8 @@ private:
         }
         if (!(east_ > west_ && east_ - west_ <= 360) || !(north_ > south_))
             throw host::UsageError(
-                fmt::format("obscura texture bake: {} to {} E, {} to {} N: allowed are west < east, at "
-                            "most 360 degrees, and south < north",
+                fmt::format("obscura texture bake: {} to {} E, {} to {} N: allowed are west < east, at most "
+                            "360 degrees, and south < north",
                             west_, east_, south_, north_));
         m.projection =
             Projection::of_sphere(ProjectionKind::simple_cylindrical, radius, 0.5 * (west_ + east_) * degree);

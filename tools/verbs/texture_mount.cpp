@@ -119,8 +119,8 @@ private:
         const double corner = m.registration == Registration::node ? -0.5 * step : 0;
         const PixelTransform& t = m.transform;
         std::string text = fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n{}  "
-                                       "<GeoTransform>{:.17g}, {:.17g}, {:.17g}, "
-                                       "{:.17g}, {:.17g}, {:.17g}</GeoTransform>\n",
+                                       "<GeoTransform>{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, "
+                                       "{:.17g}</GeoTransform>\n",
                                        texture_.width(level), texture_.height(level), system_of(m.projection),
                                        t[0] + corner * (t[1] + t[2]), step * t[1], step * t[2],
                                        t[3] + corner * (t[4] + t[5]), step * t[4], step * t[5]);
@@ -225,14 +225,11 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "shows the levels of a giant texture as files for other programs";
         line.description = "Mounts a giant texture (.obt) as a read-only folder: for each level levelN.f32, "
-                           "its values as 32-bit "
-                           "reals, little endian, row by row and plane after plane (missing samples are "
-                           "NaN), and levelN.vrt, which "
-                           "GDAL, QGIS and programs on them open as a map with its projection. Nothing is "
-                           "written to disk; tiles are "
-                           "read as they are asked for. Runs until the folder is unmounted or Ctrl-C. Slower "
-                           "than reading the texture "
-                           "itself; `obscura texture export` writes a level as GeoTIFF.";
+                           "its values as 32-bit reals, little endian, row by row and plane after plane "
+                           "(missing samples are NaN), and levelN.vrt, which GDAL, QGIS and programs on them "
+                           "open as a map with its projection. Nothing is written to disk; tiles are read as "
+                           "they are asked for. Runs until the folder is unmounted or Ctrl-C. Slower than "
+                           "reading the texture itself; `obscura texture export` writes a level as GeoTIFF.";
         line.positional("FILE", &file_, "Giant texture");
         line.positional("FOLDER", &folder_, "Empty folder");
         line.examples = {"obscura texture mount moon.obt /mnt/moon"};

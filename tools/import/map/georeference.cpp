@@ -211,8 +211,8 @@ void make_whole(Georeference& place, std::int64_t width, std::int64_t height, co
             }
     if (moved > 1e-3)
         remarks.note(fmt::format(
-            "{}: the file's place is rounded: it was moved by up to {:.2g} pixels to whole degrees, "
-            "turns and poles",
+            "{}: the file's place is rounded: it was moved by up to {:.2g} pixels to whole degrees, turns "
+            "and poles",
             name, moved));
 }
 

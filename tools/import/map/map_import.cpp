@@ -156,8 +156,8 @@ MapImportReport import_map(
     if (resampled) {
         if (opened.size() > 1)
             throw InputError(fmt::format(
-                "{}: its projection ({}) is resampled, of one file at a time: gdalbuildvrt makes one "
-                "of several",
+                "{}: its projection ({}) is resampled, of one file at a time: gdalbuildvrt makes one of "
+                "several",
                 (*foreign)->name(), (*foreign)->map().method));
         auto made = std::make_unique<ResampledMap>(*opened.front(), task.settings, report.remarks);
         frame = made->frame();

@@ -180,8 +180,8 @@ MapValues map_values(const MapSource& map, const NumberProbe& probe, SampleType 
         out.scale = 1 / full;
         out.offset = 0;
         remarks.note(fmt::format(
-            "{}: numbers from 0 to {} without a scale: they become factors from 0 to 1, as shown on a "
-            "screen and not calibrated (--scale)",
+            "{}: numbers from 0 to {} without a scale: they become factors from 0 to 1, as shown on a screen "
+            "and not calibrated (--scale)",
             map.name(), full));
     }
     if (probe.any &&

@@ -48,8 +48,7 @@ public:
         line.description =
             "Prints a line for each rule: kind, parameters, and how often it has struck. Faults are put into "
             "the GigE Vision stream, as [[gige.faults]] of the configuration does it; frames are rendered "
-            "and "
-            "counted as ever.";
+            "and counted as ever.";
         declare_daemon(line);
         line.flag("--kinds", kinds_, "List the kinds of faults and their parameters instead");
         line.flag("--json", json_, "Print one JSON object with kinds and rules");

@@ -39,8 +39,7 @@ public:
         line.description =
             "One line for each setting: name, value, unit, access and what is allowed. Access is rw, or ro "
             "with the reason why the setting cannot change now. Names are those of SFNC; selectors, user "
-            "sets "
-            "and chunks are reached over GigE Vision.";
+            "sets and chunks are reached over GigE Vision.";
         line.positional("CATEGORY", &category_,
                         "Only settings of this SFNC category, or with this in their name, for example "
                         "Trigger (default: all)")

@@ -33,10 +33,9 @@ public:
         line.description =
             "Saves the newest frame as it left the detector, with its metadata: 16-bit PNG, FITS, or raw "
             "words with a TOML file beside them; or the metadata alone as JSON. Waits for a frame if none "
-            "has come yet; looking triggers "
-            "none. Frames go where they always go, and a slow disk here costs the camera nothing: with "
-            "--count and --follow frames that came meanwhile are skipped, and counted. Numbers are those of "
-            "the converter, nearly black in most viewers.";
+            "has come yet; looking triggers none. Frames go where they always go, and a slow disk here costs "
+            "the camera nothing: with --count and --follow frames that came meanwhile are skipped, and "
+            "counted. Numbers are those of the converter, nearly black in most viewers.";
         line.positional("WHICH", &which_,
                         "latest, or the number of a frame as --json prints it: one of the latest four that "
                         "anyone has looked at (default: latest)")

@@ -77,14 +77,12 @@ public:
         line.summary = "prints or computes poses of a scene's camera: attitude, ranges, phase angles, pixels";
         line.description =
             "Prints the camera's pose at one instant of a scene or at several, and how it sees each body and "
-            "the "
-            "Sun: range to the centre, phase angle (Sun, body, camera), angle off the boresight and pixel; "
-            "(0, 0) is the centre of the upper left pixel. Nothing is rendered, no mesh is read. With "
-            "--look-at "
-            "the camera of the scene is aimed at a body, and with --position or --range placed too; the "
-            "result "
-            "can be pasted into the scene's [camera]. --csv prints a trajectory that `trajectory` of a scene "
-            "reads, also one with attitudes for a camera that has positions and look_at.";
+            "the Sun: range to the centre, phase angle (Sun, body, camera), angle off the boresight and "
+            "pixel; (0, 0) is the centre of the upper left pixel. Nothing is rendered, no mesh is read. With "
+            "--look-at the camera of the scene is aimed at a body, and with --position or --range placed "
+            "too; the result can be pasted into the scene's [camera]. --csv prints a trajectory that "
+            "`trajectory` of a scene reads, also one with attitudes for a camera that has positions and "
+            "look_at.";
         line.positional("SCENE", &scene_file_, "Scene file (TOML), or the name of a shipped scene");
         line.number("--time", &time_s_, "S", "Scene time in seconds", -1e9, 1e9);
         line.number("--from", &from_s_, "S", "First of several scene times, with --to and --step", -1e9, 1e9);

@@ -54,9 +54,8 @@ public:
         line.summary = "shows another scene from a frame on";
         line.description =
             "The daemon builds the scene while frames of the present one continue, and puts it in their "
-            "place "
-            "between two frames. If it cannot be shown, nothing changes and the exit status is 78. A reload "
-            "(systemctl reload obscurad) returns to the scene of the configuration.";
+            "place between two frames. If it cannot be shown, nothing changes and the exit status is 78. A "
+            "reload (systemctl reload obscurad) returns to the scene of the configuration.";
         line.positional("NAME", &scene_, "Shipped scene, or scene file below control.scenes");
         declare_daemon(line);
         line.examples = {"obscura scene show demo", "obscura scene show approach/day2.toml"};

@@ -64,8 +64,7 @@ public:
             "All of them change with the next frame, or none if one is wrong. Prints what has changed, also "
             "what changed with it. While a GigE Vision client controls the camera, the camera is the "
             "client's: the exit status is 75, and nothing changes (--force, or `obscura release`, which "
-            "takes "
-            "control from the client). A value that is refused ends with 78 and says what is allowed.";
+            "takes control from the client). A value that is refused ends with 78 and says what is allowed.";
         line.positional("SETTING", &words_,
                         "NAME=VALUE: a setting and its new value, for example ExposureTime=5000");
         declare_daemon(line);

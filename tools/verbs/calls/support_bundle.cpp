@@ -30,11 +30,10 @@ public:
         line.description =
             "Writes one archive with versions, kernel and its command line, the daemon's configuration with "
             "the place each value comes from, its state, counters, threads and log, settings, faults and "
-            "time "
-            "stamps of the newest frames of each camera, and how late this machine releases rows. No frames, "
-            "no scene files, no tokens; look into it before you send it: tar --zstd -xf FILE. Without a "
-            "daemon, or one that takes no calls, it has the rest, says what is missing, and the exit status "
-            "is 1.";
+            "time stamps of the newest frames of each camera, and how late this machine releases rows. No "
+            "frames, no scene files, no tokens; look into it before you send it: tar --zstd -xf FILE. "
+            "Without a daemon, or one that takes no calls, it has the rest, says what is missing, and the "
+            "exit status is 1.";
         line.option("-o,--output", &output_, "FILE",
                     "File to write (default: obscura-support-HOST-TIME.tar.zst in this folder)");
         declare_daemon(line);

@@ -34,14 +34,14 @@ public:
         declare_daemon(line);
         line.flag("--json", json_, "Software trigger: print the answer as one JSON object a line");
         line.option("--udp", &address_, "HOST:PORT",
-                    "Send datagrams to the IPv4 address and port that the daemon listens on "
-                    "(default with --rate, --first or --stamp: 127.0.0.1:5002)");
+                    "Send datagrams to the IPv4 address and port that the daemon listens on (default with "
+                    "--rate, --first or --stamp: 127.0.0.1:5002)");
         line.number("--rate", &rate_hz_, "HZ", "Datagrams: triggers per second (default: 1)", 0.001, 100'000);
         line.number("--first", &first_, "N", "Datagrams: number of the first one (default: 1)", 1, 4e9);
         line.flag(
             "--stamp", stamp_,
-            "Datagrams: give each the instant of its sending by CLOCK_TAI; on another machine only with "
-            "both clocks synchronised");
+            "Datagrams: give each the instant of its sending by CLOCK_TAI; on another machine only with both "
+            "clocks synchronised");
         line.examples = {"obscura set TriggerMode=On TriggerSource=Software && obscura trigger",
                          "obscura trigger --frames 10 --json",
                          "obscura trigger --udp 192.168.1.20:5002 --rate 10 --frames 100",

@@ -32,8 +32,8 @@ public:
         const std::vector<std::string> links = host::web_links();
         if (links.empty())
             throw HardwareError(
-                "obscura web: no obscura-web of this user runs; start one: obscura-web, which "
-                "prints its link (that of the service: obscura web --help)");
+                "obscura web: no obscura-web of this user runs; start one: obscura-web, which prints its "
+                "link (that of the service: obscura web --help)");
         for (const std::string& link : links)
             fmt::print("{}\n", for_terminal(link));
         return exit_ok;
