@@ -32,7 +32,7 @@ public:
     std::string hint{}; ///< what to try; empty: nothing
 };
 
-/// The first signal has come while a call waited. Its exit status is 1.
+/// The first signal arrived while a call waited. Its exit status is 1.
 class Interrupted : public Error {
 public:
     Interrupted() : Error(exit_failure, "interrupted") {}

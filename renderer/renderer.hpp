@@ -75,9 +75,9 @@ struct RenderSettings {
     std::function<void()> enter_loader{};
     /// Share of a core that each of those threads takes at most while rows are rendered.
     double loader_share = 1;
-    /// Shapes of the renderer that was made before with this cache: those that are the same are taken over,
-    /// so that a scene whose poses or materials change is soon built. The pictures are the same. Null: none.
-    /// Not for renderers that are made at the same time.
+    /// Cache of shapes from one renderer to the next: equal shapes are reused, so that a scene whose poses or
+    /// materials change is built quickly, with the same pictures. Null: none. Not for renderers that are made
+    /// at the same time.
     std::shared_ptr<ShapeCache> shapes{};
     /// Called before each row, on every thread that renders rows; `first`: of those that the thread was just
     /// given. It may sleep. Not called for requests with memory of their own (RenderRequest::alone). Must not
@@ -112,7 +112,7 @@ public:
     ~FrameSamples();
     FrameSamples(const FrameSamples&) = delete;
     FrameSamples& operator=(const FrameSamples&) = delete;
-    /// Forgets them: another frame, or another state of the scene.
+    /// Drops all samples before another frame, or another state of the scene.
     void begin_frame() noexcept;
 
 private:
@@ -141,7 +141,7 @@ public:
     void begin_reprojection() noexcept;
     /// Whether all rows of the windows have been kept by `renderer`.
     [[nodiscard]] bool complete(const Renderer& renderer) const noexcept;
-    /// Those of the frame begun last; none if there was no room.
+    /// Windows of the frame begun last; none if there was no room.
     [[nodiscard]] std::span<const KeptWindow> windows() const noexcept;
 
 private:

@@ -106,7 +106,7 @@ public:
     [[nodiscard]] double spatial_variance(double temporal) const;
     /// The same with the temporal variance of the stack itself. Needs at least 2 images.
     [[nodiscard]] double spatial_variance() const { return spatial_variance(temporal_variance()); }
-    /// That variance in parts, for images of `width` columns.
+    /// Spatial variance in parts, for images of `width` columns.
     [[nodiscard]] SpatialVariances spatial_parts(std::size_t width, double temporal) const;
     [[nodiscard]] SpatialVariances spatial_parts(std::size_t width) const {
         return spatial_parts(width, temporal_variance());

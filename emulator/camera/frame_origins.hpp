@@ -21,7 +21,7 @@ namespace obscura::emulator {
 struct FrameOrigin {
     std::uint64_t frame_id = 0;
     Time trigger_edge; ///< with frame_id it tells frames apart
-    /// That its light comes from; it may be gone.
+    /// Renderer that made its light; used for comparison only, since it may have been destroyed.
     const renderer::Renderer* renderer = nullptr;
     std::int64_t scene_to_clock_ns = 0; ///< scheduling clock minus the time of the readout's plan
     SceneShown shown{};                 ///< from that time to the time of the scene that is rendered

@@ -87,7 +87,7 @@ transports::KeptFrame frame_of(transports::WatchTransport& watch, const FrameArg
     return std::move(*frame);
 }
 
-/// Such a frame that has the pixel.
+/// Requested frame, if it has the pixel.
 transports::KeptFrame frame_with_pixel(transports::WatchTransport& watch, const Arguments& arguments,
                                        const Work& work) {
     transports::KeptFrame frame = frame_of(watch, arguments, work, "probe");

@@ -91,7 +91,7 @@ void MonitorSocket::stop() {
 
 void MonitorSocket::serve(Time now) {
     if (!listener_) return;
-    // Those who have asked since are not idle.
+    // Answer first: clients with a request are not idle.
     std::erase_if(clients_, [this, now](Client& client) { return !answer_client(client, now); });
     accept_clients(now);
 }

@@ -134,7 +134,7 @@ private:
     void make_earlier(const Group& group, QualityLevel level) noexcept;
     /// What is known of the error of rows that were reprojected just now, beyond that of the earlier frame.
     void learn_moved_error(std::size_t part, std::int32_t first_row, std::int32_t rows) noexcept;
-    /// Who makes rows from the earlier frame; one of them only, since they share where things have moved.
+    /// Thread that makes rows from the earlier frame: one only, since the motion field is shared.
     enum class Mover : std::uint8_t { none, maker, render_thread };
     [[nodiscard]] bool becomes_mover(Mover who) noexcept;
     /// Keeps the light of the mandatory part of groups whose optional part was begun in vain.

@@ -95,7 +95,7 @@ std::shared_ptr<const Shape> make_relief(const std::string& surface, const terra
     const std::string key = fmt::format(
         "{} {} {} {} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.cell_px, relief.tile_memory_mib,
         name_of(relief.unresolved_slopes),
-        // That of a body is for its own Sun.
+        // Visibility of the Sun belongs to one body.
         sun_visibility ? context.place : "", identity_of(relief.heights), identity_of(relief.detail));
     return context.shared(key, [&] {
         TerrainShape::Settings settings;

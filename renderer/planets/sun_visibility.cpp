@@ -169,7 +169,7 @@ SunTile* SunVisibility::take(bool wait) const {
         return new (memory) SunTile;
     };
     if (SunTile* const tile = from_free()) return tile;
-    // Those of the Sun before, where no frame that is under way needs them.
+    // Reuse tiles of an earlier Sun that no frame in progress needs.
     const auto now = std::chrono::steady_clock::now();
     tiles_.for_each([&](SurfaceNode& node) {
         const SunTile* const newer = node.sun.load(std::memory_order_acquire);

@@ -82,11 +82,12 @@ public:
     /// Memory of each slot.
     [[nodiscard]] static std::size_t slot_bytes();
 
-    /// That of the tile in the view's version, or of the nearest tile above it that has one, `levels` above;
-    /// null: none has. Those that are missing or of another Sun are asked for, or made if the view waits.
+    /// Visibility of the tile in the view's version, or of the nearest tile above it that has one, `levels`
+    /// above; null: none has. Missing ones, and those of another Sun, are requested, or made if the view
+    /// waits.
     [[nodiscard]] const SunTile* find(SurfaceNode& node, const DetailView& view, int& levels) const;
 
-    /// Makes that of a tile; false: there is no room until frames are done, it has been
+    /// Makes the visibility of a tile; false: there is no room until frames are done, it has been
     /// replaced within the last second, which is longer than any frame, or `pause`, which is called after
     /// every millisecond of work or so, returned false. May throw what layers throw. `wait`: takes more
     /// memory instead.

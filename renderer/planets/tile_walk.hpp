@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays of a packet on their way down the quadtree of tiles, several at once in vector registers.
+// Descent of a packet's rays through the quadtree of tiles, several at once in vector registers.
 #pragma once
 
 #include "renderer/packets/packet.hpp"

@@ -89,9 +89,9 @@ public:
     /// `normals` may be empty.
     FacetSet(const Shape& shape, std::uint32_t triangles, Corners corners, const Corners& normals);
 
-    /// Those that have an area.
+    /// Facets that have an area.
     [[nodiscard]] std::span<const Facet> facets() const { return facets_; }
-    /// With those that have none.
+    /// Number of facets, with those that have no area.
     [[nodiscard]] std::size_t triangle_count() const { return triangle_count_; }
     /// Whether the surface is closed and its normals point outwards: the inner sides are never seen.
     [[nodiscard]] bool closed() const { return closed_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Answers and log lines on their way to a client that may not read them.
+// Send queue of a published client, which may leave answers and log lines unread.
 #pragma once
 
 #include "service/compatible/limits.hpp"
@@ -43,7 +43,7 @@ public:
 
     explicit Outbox(const DoorLimits& limits) : limits_(limits) {}
 
-    /// So many requests have been read. Returns the number of the first.
+    /// Notes that `count` requests have been read. Returns the number of the first.
     std::uint64_t requests_read(std::size_t count);
     /// Adds a line of log; beyond the limit lines are counted, and the number follows.
     void add_line(std::string_view line, bool is_error);
@@ -56,7 +56,7 @@ public:
     /// Whether there is something.
     [[nodiscard]] bool ready(Clock::time_point now) const noexcept;
     [[nodiscard]] std::size_t sent() const noexcept { return sent_; }
-    /// So many more bytes of it have been sent.
+    /// Notes that `bytes` more of it have been sent.
     void advance(std::size_t bytes);
     /// When an answer that is held becomes due; none: none is.
     [[nodiscard]] std::optional<Clock::time_point> due() const noexcept;

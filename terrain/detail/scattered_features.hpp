@@ -102,7 +102,7 @@ private:
     struct Cells {
         std::uint32_t i0 = 0, i1 = 0, j0 = 0, j1 = 0;
     };
-    /// Those that have a part of a cap with the share of an octave's reach around it.
+    /// Cells that have a part of a cap with the share of an octave's reach around it.
     [[nodiscard]] Cells cells_near(std::size_t octave, std::uint8_t face, const Cap& cap,
                                    double reach_share) const;
 

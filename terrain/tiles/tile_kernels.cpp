@@ -61,7 +61,7 @@ QuantizedRange quantize_all(const TileHeights& to, double* heights, const double
     const auto quantized = [&](V h, V reduction) {
         if (reductions != nullptr) h = hn::Mul(h, reduction);
         h = hn::Mul(step, hn::Round(hn::Mul(h, per_step)));
-        // Not for what is no number.
+        // A NaN counts as outside.
         outside += hn::Lanes(d) - hn::CountTrue(d, hn::And(hn::Ge(h, low), hn::Le(h, high)));
         h = hn::IfThenElse(hn::Gt(h, least_bound), hn::Min(h, largest_bound), least_bound);
         least = hn::Min(least, h);

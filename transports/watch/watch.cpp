@@ -12,7 +12,7 @@ namespace obscura::transports {
 namespace {
 
 constexpr std::chrono::milliseconds look_period{50};
-/// Who wants no pixels needs no more frames than these.
+/// Poll interval of viewers that need no pixels.
 constexpr std::int64_t look_period_of_info_ns = 100 * ns_per_ms;
 
 } // namespace

@@ -279,7 +279,7 @@ Response CameraJobs::change(const State& state, Json wanted, nlohmann::json& val
     if (!changed.empty()) note(state, std::move(before), changed, force);
     make_exact(changed);
     Response response = json_answer({{"changed", std::move(changed)}});
-    // That of the resource: of all settings, or of the one.
+    // Tag of the resource: of all settings, or of the one.
     response.headers.emplace_back("ETag", state.request.feature.empty()
                                               ? settings_tag(values)
                                               : tag_of(Json(values[state.request.feature])));

@@ -62,7 +62,7 @@ private:
                                       nlohmann::ordered_json query, const Holder& holder);
     /// The id of that camera; empty: of the first one. Throws Refusal.
     [[nodiscard]] std::string seen_camera(std::string_view camera) const;
-    /// Who asks. Throws Refusal unless that one may.
+    /// Holder of the token. Throws Refusal unless its role suffices.
     [[nodiscard]] Holder admit(const Request& request, const Route& route);
     [[nodiscard]] Holder admit(std::string_view token, const std::string& address, Role wanted);
 

@@ -25,7 +25,7 @@ using transports::RingFrame;
 
 /// Daemons copy frames for this long after they have been asked to.
 constexpr std::chrono::nanoseconds watched{2s};
-/// Who has got a picture within this time will ask for the next.
+/// A viewer that got a picture within this time is expected to ask for the next.
 constexpr auto expected = 1s;
 /// Viewers that have neither asked nor got anything for so long take no share of the budget.
 constexpr auto active = 3s;
@@ -189,7 +189,7 @@ void LivePictures::ready(ViewerId id) {
     const auto found = viewers_.find(id);
     if (found == viewers_.end() || found->second->ready) return;
     found->second->ready = true;
-    // Who has rested had no share, and keeps the rate of one before.
+    // A viewer that was inactive had no share, and keeps the rate of one before.
     if (Clock::now() - found->second->sent_at > active) shares_changed_ = true;
     look_if_wanted(*found->second, lock);
 }
@@ -435,7 +435,7 @@ std::vector<LivePictures::Due> LivePictures::due(Clock::time_point now, Clock::t
         one.sent_at = viewer.sent_at;
         list.push_back(std::move(one));
     }
-    // Who has waited longest is first when the budget does not reach for all.
+    // The viewer that has waited longest is first when the budget does not reach for all.
     std::sort(list.begin(), list.end(), [](const Due& a, const Due& b) { return a.sent_at < b.sent_at; });
     return list;
 }

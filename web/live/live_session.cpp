@@ -115,7 +115,7 @@ private:
         } else if (message.view) {
             services_.pictures->view(*viewer_, *message.view);
         } else if (message.ready) {
-            // Who says so before a picture has gone out does not get another one for that.
+            // A viewer that says so before a picture has been sent does not get another one for that.
             ready_ = true;
             pass_ready();
         } else {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may ask: bearer tokens with roles, names of this server, and addresses that guess tokens.
+// Access control: bearer tokens with roles, names of this server, and addresses that guess tokens.
 #pragma once
 
 #include "core/text/enum_names.hpp"
@@ -29,7 +29,7 @@ constexpr auto enum_names(Role /*type*/) {
                       EnumName{Role::admin, "admin"}};
 }
 
-/// Whose a token is.
+/// Holder of a token.
 struct Holder {
     Role role = Role::viewer;
     std::string name; ///< that the file gives, else the first 8 digits of the token's hash

@@ -125,7 +125,7 @@ private:
         const double middle = 0.5 * (probe_.least + probe_.largest),
                      half = 0.5 * (probe_.largest - probe_.least);
         if (!(std::abs(middle) > 4 * half) || !(std::abs(middle) > 1)) return;
-        // That of height 0 if it is not far; else a whole number of the middle.
+        // Shift to the number of height 0 if it is not far; else to the rounded middle.
         const double zero = -out.offset / out.scale;
         out.shift = std::abs(zero - middle) < 16 * half ? zero : std::round(middle);
         out.offset = out.shift == zero ? 0 : out.offset + out.scale * out.shift;

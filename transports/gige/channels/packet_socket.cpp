@@ -172,7 +172,7 @@ void PacketSocket::send_queued(std::size_t first) noexcept {
         packets += n;
         done += n;
         if (n != 0 || errno == EINTR) continue;
-        // That an earlier packet found no receiver is reported in place of sending this one.
+        // The kernel reports an earlier packet without a receiver in place of sending this one.
         if (errno == ECONNREFUSED && ++refusals <= queued_) continue;
         if ((errno == EAGAIN || errno == EWOULDBLOCK) && ++timeouts < 4) continue;
         // Count a packet that cannot be sent (link down, no route, too big) as lost, as it would be on the

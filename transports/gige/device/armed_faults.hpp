@@ -17,7 +17,7 @@
 
 namespace obscura::transports::gige {
 
-/// Who armed a rule.
+/// Origin of a fault rule.
 enum class FaultOrigin : std::uint8_t { configuration, call, feature };
 constexpr auto enum_names(FaultOrigin /*type*/) {
     return std::array{EnumName{FaultOrigin::configuration, "configuration"},
