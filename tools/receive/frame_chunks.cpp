@@ -2,145 +2,81 @@
 #include "tools/receive/frame_chunks.hpp"
 
 #include "core/camera/frame_flags.hpp"
+#include "core/camera/frame_record.hpp"
 #include "core/error.hpp"
 #include "images/writers/truth_table.hpp"
-#include "transports/gige/wire/bytes.hpp"
 #include "transports/gige/wire/chunk.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cstring>
+#include <type_traits>
 #include <utility>
 
 namespace obscura::tools {
 namespace {
 
-using transports::gige::Chunk;
-
-/// In the order of Chunk.
-constexpr std::array<const char*, transports::gige::chunk_count> names{
-    "Timestamp",   "ExposureTime", "Gain",          "FrameID",
-    "Width",       "Height",       "OffsetX",       "OffsetY",
-    "PixelFormat", "TriggerID",    "FrameFlags",    "Regions",
-    "RowTimes",    "GroundTruth",  "LineStatusAll", "SequencerSetActive",
-    "RegionID",    "TruthTable",   "FrameQuality"};
-
-/// Decoder of consecutive big-endian numbers; checks every length.
-class Reader {
+/// Data of one chunk; checks every length.
+class ChunkReader {
 public:
-    Reader(std::span<const std::uint8_t> bytes, const char* name) : bytes_(bytes), name_(name) {}
-    std::uint32_t u32() { return transports::gige::load_be32(take(4)); }
-    std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
-    std::uint64_t u64() { return transports::gige::load_be64(take(8)); }
-    std::int64_t i64() { return static_cast<std::int64_t>(u64()); }
-    double f64() { return std::bit_cast<double>(u64()); }
-    Vec3 vector() {
-        const double x = f64(), y = f64(), z = f64();
-        return {x, y, z};
+    ChunkReader(std::span<const std::uint8_t> bytes, Chunk chunk) : bytes_(bytes), chunk_(chunk) {}
+    /// The record that begins at byte `begin`.
+    template<typename Owner>
+    [[nodiscard]] Owner record(std::size_t begin = 0) const {
+        check(begin + record_bytes<Owner>());
+        return transports::gige::load_record<Owner>(bytes_.data() + begin);
     }
-    Pose pose() {
-        Pose out;
-        out.position_m = vector();
-        out.orientation.w = f64(), out.orientation.x = f64(), out.orientation.y = f64(),
-        out.orientation.z = f64();
-        return out;
+    template<typename Owner>
+    void field(const RecordField<Owner>& field, Owner& owner) const {
+        check(bytes_of(field.form));
+        transports::gige::load_field(bytes_.data(), field, owner);
     }
-    void text(std::span<char> out) { std::memcpy(out.data(), take(out.size()), out.size()); }
-    /// The last one for numbers that are none.
-    template<typename Enum>
-    Enum choice() {
-        return static_cast<Enum>(std::min<std::size_t>(u32(), enum_names(Enum{}).size() - 1));
+    /// Items of a list, at most `max_count` of them.
+    template<typename Owner>
+    [[nodiscard]] std::vector<Owner> list(std::size_t max_count) const {
+        std::vector<Owner> items(count(max_count));
+        for (std::size_t i = 0; i < items.size(); ++i)
+            items[i] = record<Owner>(list_head_bytes + i * record_bytes<Owner>());
+        return items;
     }
-    template<typename Enum>
-    Enum choice_byte() {
-        return static_cast<Enum>(std::min<std::size_t>(*take(1), enum_names(Enum{}).size() - 1));
+    [[nodiscard]] std::uint32_t count(std::size_t max_count) const { return checked(word(0), max_count); }
+    [[nodiscard]] std::uint32_t checked(std::uint32_t count, std::size_t max_count) const {
+        if (count > max_count) fail();
+        return count;
     }
-    /// Number of entries of a list, not above `most`.
-    std::uint32_t count(std::size_t most) {
-        const std::uint32_t n = u32();
-        if (n > most) fail();
-        return n;
+    [[nodiscard]] std::uint32_t word(std::size_t index) const {
+        check(4 * (index + 1));
+        return transports::gige::load_be32(bytes_.data() + 4 * index);
     }
 
 private:
-    const std::uint8_t* take(std::size_t n) {
-        if (bytes_.size() < n) fail();
-        const std::uint8_t* const at = bytes_.data();
-        bytes_ = bytes_.subspan(n);
-        return at;
+    void check(std::size_t bytes) const {
+        if (bytes_.size() < bytes) fail();
     }
     [[noreturn]] void fail() const {
-        throw InputError(fmt::format("chunk {}: missing in a frame, or shorter than its contents", name_));
+        throw InputError(
+            fmt::format("chunk {}: missing in a frame, or shorter than its contents", name_of(chunk_)));
     }
     std::span<const std::uint8_t> bytes_;
-    const char* name_;
+    Chunk chunk_;
 };
 
-FrameQuality read_quality(Reader reader) {
-    FrameQuality out;
-    out.level_max = reader.choice<QualityLevel>();
-    out.reasons = reader.u32();
-    out.groups = reader.count(max_quality_groups);
-    out.group_rows = reader.i32();
-    out.bounces = reader.u32(), out.bounces_asked = reader.u32();
-    out.rows_degraded = reader.i32();
-    out.tiles_missing = reader.u32();
-    for (float* const value :
-         {&out.error_rms, &out.error_worst_group, &out.unknown_share, &out.samples_mean, &out.samples_median,
-          &out.samples_min, &out.lod_deficit_share, &out.lod_deficit_worst})
-        *value = static_cast<float>(reader.f64());
-    out.budget_us = reader.i64(), out.spent_us = reader.i64(), out.margin_us = reader.i64();
-    for (float& share : out.level_share)
-        share = static_cast<float>(reader.f64());
-    for (QualityLevel& level : out.group_level)
-        level = reader.choice_byte<QualityLevel>();
-    out.instants = reader.u32();
-    out.rows_reprojected = reader.i32(), out.rows_repeated = reader.i32();
-    reader.u32();
-    for (float* const value : {&out.error_goal, &out.noise_ratio_p95})
-        *value = static_cast<float>(reader.f64());
-    return out;
+FrameQuality read_quality(const ChunkReader& reader) {
+    auto quality = reader.record<FrameQuality>();
+    (void)reader.checked(quality.groups, max_quality_groups);
+    return quality;
 }
 
-std::vector<FrameWindow> read_windows(Reader reader) {
-    std::vector<FrameWindow> out(reader.count(max_windows));
-    reader.u32();
-    for (FrameWindow& w : out) {
-        w.sensor.x = reader.i32(), w.sensor.y = reader.i32();
-        w.sensor.width = reader.i32(), w.sensor.height = reader.i32();
-        w.image_y = reader.i32(), w.flags = reader.u32();
-        w.exposure_requested_ns = reader.i64();
-        w.exposure_min_ns = reader.i64(), w.exposure_max_ns = reader.i64();
+GroundTruth read_truth(const ChunkReader& reader) {
+    auto truth = reader.record<GroundTruth>();
+    (void)reader.checked(truth.body_count, max_truth_bodies);
+    for (std::size_t b = 0; b < max_truth_bodies; ++b) {
+        truth.bodies[b] = reader.record<BodyTruth>(truth_bodies_offset + b * record_bytes<BodyTruth>());
+        truth.bodies[b].pose_age_s =
+            reader.record<BodyAge>(truth_ages_offset + b * record_bytes<BodyAge>()).pose_age_s;
     }
-    return out;
-}
-
-GroundTruth read_truth(Reader reader) {
-    GroundTruth out;
-    out.mid_exposure = Time{reader.i64()};
-    out.camera = reader.pose();
-    out.sun_position_m = reader.vector();
-    out.seed = reader.u64();
-    out.body_count = reader.count(max_truth_bodies);
-    out.run = reader.u32();
-    for (BodyTruth& body : out.bodies) {
-        reader.text(body.name);
-        body.pose = reader.pose();
-    }
-    for (double& px : out.intrinsics.focal_length_px)
-        px = reader.f64();
-    for (double& px : out.intrinsics.principal_point_px)
-        px = reader.f64();
-    for (double& pitch_m : out.intrinsics.pixel_pitch_m)
-        pitch_m = reader.f64() * 1e-6;
-    out.camera_pose_age_s = reader.f64();
-    for (BodyTruth& body : out.bodies)
-        body.pose_age_s = reader.f64();
-    return out;
+    return truth;
 }
 
 /// Frames of cameras without the chunk have no entries.
@@ -148,28 +84,18 @@ SceneTruth read_truth_table(std::span<const std::uint8_t> bytes, std::uint64_t f
     SceneTruth out;
     out.frame_id = frame_id;
     if (bytes.empty()) return out;
-    Reader reader(bytes, "TruthTable");
-    out.entries.resize(reader.count(bytes.size() / transports::gige::truth_entry_bytes));
-    out.entries_left_out = reader.u32();
-    for (TruthEntry& e : out.entries) {
-        e.kind = reader.choice<TruthKind>();
-        e.visibility = reader.choice<TruthVisibility>();
-        const std::uint32_t flags = reader.u32();
-        e.lit = (flags & 1) != 0, e.saturated = (flags & 2) != 0;
-        e.window = static_cast<std::uint16_t>(reader.u32());
-        e.object = reader.i32(), e.item = reader.i32();
-        std::array<char, TruthName::size> name{};
-        reader.text(name);
-        e.name.set({name.data(),
-                    static_cast<std::size_t>(std::find(name.begin(), name.end(), '\0') - name.begin())});
-        e.x_px = reader.f64(), e.y_px = reader.f64();
-        e.time = Time{reader.i64()};
-        e.exposure_ns = reader.i64();
-        for (double* value : {&e.range_m, &e.visible_share, &e.magnitude_v, &e.irradiance_w_m2, &e.signal_e,
-                              &e.peak_e, &e.snr, &e.psf_x_px, &e.psf_y_px})
-            *value = reader.f64();
-    }
+    const ChunkReader reader(bytes, Chunk::truth_table);
+    out.entries = reader.list<TruthEntry>(bytes.size() / record_bytes<TruthEntry>());
+    out.entries_left_out = reader.word(1);
     return out;
+}
+
+std::vector<std::uint32_t> read_region_ids(const ChunkReader& reader, std::size_t windows) {
+    std::vector<std::uint32_t> regions(reader.count(max_windows));
+    for (std::size_t i = 0; i < regions.size(); ++i)
+        regions[i] = reader.word(1 + i);
+    regions.resize(windows);
+    return regions;
 }
 
 std::string name_of(const BodyTruth& body) {
@@ -194,6 +120,32 @@ Json entry_json(const SceneTruth& truth, const TruthEntry& entry) {
     return out;
 }
 
+/// Levels of the groups that the frame has.
+Json levels_json(const RecordField<FrameQuality>& field, const FrameQuality& quality) {
+    Json levels = Json::array();
+    for (std::size_t g = 0; g < quality.groups; ++g)
+        levels.push_back(field.text(quality, g));
+    return levels;
+}
+
+/// The fields of a record that are members of JSON.
+template<typename Owner>
+void add_members(Json& out, const Owner& owner) {
+    for (const RecordField<Owner>& field : record_fields<Owner>()) {
+        if (field.member.empty()) continue;
+        Json& value = out[std::string(field.member)];
+        if constexpr (std::is_same_v<Owner, FrameQuality>)
+            if (field.count > 1) {
+                value = levels_json(field, owner);
+                continue;
+            }
+        if (field.text != nullptr)
+            value = field.text(owner, field.first);
+        else
+            std::visit([&value](const auto& v) { value = v; }, field.get(owner, field.first));
+    }
+}
+
 Json pose_json(const Pose& pose, double age_s) {
     const Quat& q = pose.orientation;
     return Json{{"position_m", vector_json(pose.position_m)},
@@ -203,38 +155,16 @@ Json pose_json(const Pose& pose, double age_s) {
 
 } // namespace
 
-std::span<const char* const> chunk_names() {
-    return names;
-}
-
 FrameChunks parse_chunks(const std::function<std::span<const std::uint8_t>(std::uint32_t id)>& chunk) {
-    const auto reader = [&](Chunk c) {
-        return Reader(chunk(transports::gige::chunk_id(c)), names[static_cast<std::size_t>(c)]);
-    };
+    const auto reader = [&](Chunk c) { return ChunkReader(chunk(transports::gige::chunk_id(c)), c); };
     FrameChunks out;
-    out.timestamp_ns = reader(Chunk::timestamp).u64();
-    out.exposure_us = reader(Chunk::exposure_time).f64();
-    out.gain_db = reader(Chunk::gain).f64();
-    out.frame_id = reader(Chunk::frame_id).u64();
-    out.trigger_id = reader(Chunk::trigger_id).u64();
-    out.image = {reader(Chunk::offset_x).i32(), reader(Chunk::offset_y).i32(), reader(Chunk::width).i32(),
-                 reader(Chunk::height).i32()};
-    out.pixel_format = reader(Chunk::pixel_format).u32();
-    out.flags = reader(Chunk::frame_flags).u32();
-    out.line_status = reader(Chunk::line_status_all).u32();
-    out.sequencer_set = reader(Chunk::sequencer_set_active).u32();
-    out.windows = read_windows(reader(Chunk::regions));
-    Reader regions = reader(Chunk::region_id);
-    out.regions.resize(regions.count(max_windows));
-    for (std::uint32_t& region : out.regions)
-        region = regions.u32();
-    out.regions.resize(out.windows.size());
-    Reader rows = reader(Chunk::row_times);
-    constexpr std::size_t most_rows = 65536;
-    out.rows.resize(rows.count(most_rows));
-    rows.u32();
-    for (RowTime& row : out.rows)
-        row.reset = Time{rows.i64()}, row.read = Time{rows.i64()};
+    FrameHead& head = out;
+    for (const RecordField<FrameHead>& field : record_fields<FrameHead>())
+        reader(chunk_of(field)).field(field, head);
+    out.windows = reader(Chunk::regions).list<FrameWindow>(max_windows);
+    out.regions = read_region_ids(reader(Chunk::region_id), out.windows.size());
+    constexpr std::size_t max_rows = 65536;
+    out.rows = reader(Chunk::row_times).list<RowTime>(max_rows);
     out.truth = read_truth(reader(Chunk::ground_truth));
     out.truth_table = read_truth_table(chunk(transports::gige::chunk_id(Chunk::truth_table)), out.frame_id);
     out.quality = read_quality(reader(Chunk::frame_quality));
@@ -303,17 +233,9 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
     out["pixel_pitch_um"] = Json::array({1e6 * lens.pixel_pitch_m[0], 1e6 * lens.pixel_pitch_m[1]});
     out["windows"] = Json::array();
     for (std::size_t i = 0; i < c.windows.size(); ++i) {
-        const FrameWindow& w = c.windows[i];
-        out["windows"].push_back({{"region", c.regions[i]},
-                                  {"x", w.sensor.x},
-                                  {"y", w.sensor.y},
-                                  {"width", w.sensor.width},
-                                  {"height", w.sensor.height},
-                                  {"image_y", w.image_y},
-                                  {"flags", w.flags},
-                                  {"exposure_requested_ns", w.exposure_requested_ns},
-                                  {"exposure_min_ns", w.exposure_min_ns},
-                                  {"exposure_max_ns", w.exposure_max_ns}});
+        Json window{{"region", c.regions[i]}};
+        add_members(window, c.windows[i]);
+        out["windows"].push_back(std::move(window));
     }
     out["rows"] = Json::array();
     for (const RowTime& row : c.rows)
@@ -321,34 +243,7 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
     out["truth_table"] = Json::array();
     for (const TruthEntry& entry : c.truth_table.entries)
         out["truth_table"].push_back(entry_json(c.truth_table, entry));
-    const FrameQuality& quality = c.quality;
-    Json levels = Json::array();
-    for (std::uint32_t g = 0; g < quality.groups; ++g)
-        levels.push_back(name_of(quality.group_level[g]));
-    out["quality"] = {{"level", name_of(quality.level_max)},
-                      {"reasons", quality.reasons},
-                      {"group_rows", quality.group_rows},
-                      {"group_levels", std::move(levels)},
-                      {"rows_degraded", quality.rows_degraded},
-                      {"error", quality.error_rms},
-                      {"error_worst_group", quality.error_worst_group},
-                      {"error_goal", quality.error_goal},
-                      {"noise_ratio_p95", quality.noise_ratio_p95},
-                      {"unknown_share", quality.unknown_share},
-                      {"samples_mean", quality.samples_mean},
-                      {"samples_median", quality.samples_median},
-                      {"samples_min", quality.samples_min},
-                      {"bounces", quality.bounces},
-                      {"bounces_asked", quality.bounces_asked},
-                      {"instants", quality.instants},
-                      {"rows_reprojected", quality.rows_reprojected},
-                      {"rows_repeated", quality.rows_repeated},
-                      {"budget_us", quality.budget_us},
-                      {"spent_us", quality.spent_us},
-                      {"margin_us", quality.margin_us},
-                      {"lod_deficit", quality.lod_deficit_share},
-                      {"lod_deficit_worst", quality.lod_deficit_worst},
-                      {"tiles_missing", quality.tiles_missing}};
+    add_members(out["quality"], c.quality);
     out["truth_entries_left_out"] = c.truth_table.entries_left_out;
     return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

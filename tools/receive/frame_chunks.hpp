@@ -2,7 +2,7 @@
 // Chunk data of a received frame: times, windows and the ground truth of the scene, as cards and JSON.
 #pragma once
 
-#include "core/camera/frame.hpp"
+#include "core/camera/frame_record.hpp"
 #include "core/camera/scene_truth.hpp"
 #include "images/writers/card.hpp"
 
@@ -14,18 +14,8 @@
 
 namespace obscura::tools {
 
-/// Names of Obscura's chunks for ChunkSelector.
-[[nodiscard]] std::span<const char* const> chunk_names();
-
 /// Contents of the chunks. Instants are device time (GigE Vision time stamps).
-struct FrameChunks {
-    std::uint64_t timestamp_ns = 0; ///< trigger edge
-    double exposure_us = 0, gain_db = 0;
-    std::uint64_t frame_id = 0, trigger_id = 0;
-    Region image; ///< OffsetX, OffsetY, Width, Height
-    std::uint32_t pixel_format = 0;
-    std::uint32_t flags = 0; ///< FrameFlag bits and the state of the trigger's clock (reported_flags())
-    std::uint32_t line_status = 0, sequencer_set = 0;
+struct FrameChunks : FrameHead {
     std::vector<FrameWindow> windows; ///< with flags that include window_saturated
     std::vector<std::uint32_t> regions;
     std::vector<RowTime> rows;

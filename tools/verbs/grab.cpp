@@ -195,8 +195,8 @@ private:
     /// Switches all of Obscura's chunks on and opens the file for them.
     void enable_chunks(Receiver& receiver) {
         receiver.set_flag("ChunkModeActive", true);
-        for (const char* const name : chunk_names()) {
-            receiver.set("ChunkSelector", std::string_view(name));
+        for (const std::string_view name : names_of_enum<Chunk>()) {
+            receiver.set("ChunkSelector", name);
             receiver.set_flag("ChunkEnable", true);
         }
         // The leader of this payload type states size and pixel format of the image.

@@ -473,7 +473,7 @@ TEST_CASE("A binned row is reset with its first row and read with its last") {
     std::vector<std::uint8_t> out(chunk_bytes(selection, 1));
     for (const std::int32_t vertical : {4, 2}) {
         out.assign(chunk_bytes(selection, 7 / vertical), 0);
-        REQUIRE(write_chunks(out, selection, *frame, 1, 0, false, 0, {}, {1, vertical}) ==
+        REQUIRE(write_chunks(out, selection, *frame, {.frame_id = 1, .binning = {1, vertical}}) ==
                 out.size() - chunk_tag_bytes); // no tag of an image
         CHECK(out[3] == 7 / vertical);
         for (std::int32_t row = 0; row < 7 / vertical; ++row) {

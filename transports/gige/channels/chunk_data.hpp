@@ -21,12 +21,21 @@ using RegionNumbers = std::array<std::uint8_t, max_windows>;
 [[nodiscard]] std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows,
                                       std::uint32_t truth_entries = 0) noexcept;
 
-/// Writes the image's tag (when `tag_image`) and the selected chunks; `out` has room for chunk_bytes().
-/// Device time is TAI minus `timestamp_origin_ns`. The reset of a binned row is that of its first sensor row,
-/// the readout that of the last; regions stay in sensor pixels.
+/// How a frame is sent.
+struct ChunkContext {
+    std::uint64_t frame_id = 0;
+    std::size_t image_bytes = 0;
+    bool tag_image = false;
+    std::int64_t timestamp_origin_ns = 0; ///< device time is TAI minus this
+    RegionNumbers regions{};
+    Binning binning{};
+    std::uint32_t truth_entries = 0; ///< that a truth table has room for
+};
+
+/// Writes the image's tag, where it has one, and the selected chunks; `out` has room for chunk_bytes(). The
+/// reset of a binned row is that of its first sensor row, the readout that of the last; regions stay in
+/// sensor pixels. Real-time safe.
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
-                         std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
-                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions,
-                         const Binning& binning = {}, std::uint32_t truth_entries = 0) noexcept;
+                         const ChunkContext& context) noexcept;
 
 } // namespace obscura::transports::gige

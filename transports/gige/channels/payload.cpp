@@ -160,9 +160,9 @@ void Payload::update(const Frame& frame) noexcept {
     available_ = valid_;
     if (ready == info.height || abandoned) {
         if (bytes_ > image_bytes_)
-            write_chunks(chunk_store_, format_.chunks, frame, frame_id_, image_bytes_, !format_.multipart,
-                         format_.timestamp_origin_ns, format_.regions, format_.binning,
-                         format_.truth_entries);
+            write_chunks(chunk_store_, format_.chunks, frame,
+                         {frame_id_, image_bytes_, !format_.multipart, format_.timestamp_origin_ns,
+                          format_.regions, format_.binning, format_.truth_entries});
         available_ = bytes_;
     }
 }

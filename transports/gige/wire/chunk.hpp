@@ -1,58 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chunk ids and layouts: the data appended to the pixels of a frame.
+// Chunk ids, and coding of the fields of a frame's record in the data appended to its pixels.
 #pragma once
 
+#include "core/camera/frame_record.hpp"
+#include "transports/gige/wire/bytes.hpp"
+
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace obscura::transports::gige {
 
-/// The chunks, in the order of ChunkSelector and of the payload; the value is the bit in a selection and the
-/// low part of the chunk id (chunk_id()); the image itself is chunk_id_base. All numbers are big endian,
-/// instants are device time in ns.
-enum class Chunk : std::uint8_t {
-    timestamp,     ///< u64: time of the trigger edge
-    exposure_time, ///< f64, us, as requested
-    gain,          ///< f64, dB
-    frame_id,      ///< u64
-    width,         ///< u32
-    height,        ///< u32
-    offset_x,      ///< u32
-    offset_y,      ///< u32
-    pixel_format,  ///< u32, PFNC
-    trigger_id,    ///< u64
-    /// u32: core's FrameFlag; bits 8 and 9: state of the trigger's clock (core/camera/frame_flags.hpp)
-    frame_flags,
-    /// u32 count, u32 0, then 32 x {u32 x, y, width, height, image_y, flags; u64 exposure in ns: requested,
-    /// least and most obtained over its rows}
-    regions,
-    row_times, ///< u32 count, u32 0, then per row {u64 reset, u64 read}
-    /// u64 mid-exposure; f64[3] camera position, f64[4] attitude (scalar first, camera to inertial), f64[3]
-    /// Sun position (metres, inertial), u64 seed, u32 bodies, u32 run word; then 16 x {char name[32], f64[3]
-    /// position, f64[4] attitude}; f64[2] focal length over the pitches, px; f64[2] principal point on the
-    /// sensor, px; f64[2] pitches of the sensor's pixels, um
-    ground_truth,
-    line_status_all,      ///< u32: levels of the inputs at the trigger edge
-    sequencer_set_active, ///< u32
-    /// u32 count, then 32 x u32: region number of each window in the image
-    region_id,
-    /// u32 count, u32 further entries that found no room, then truth_entry_bytes for each of the entries that
-    /// the camera sends at most: u32 kind, visibility, flags (1 lit, 2 saturated), window; i32 object, item;
-    /// char name[32]; f64 x, y, px of the image; u64 time, u64 exposure in ns; f64 range in m, visible share,
-    /// V magnitude, irradiance in W/m2, signal and peak in electrons, SNR; f64 x, y, px, of the PSF in the
-    /// position. Kind: TruthKind, visibility: TruthVisibility (core/camera/scene_truth.hpp); NaN: not known
-    truth_table,
-    /// FrameQuality (core/camera/frame_quality.hpp): u32 worst level, reasons, groups, rows of a group,
-    /// bounces, bounces asked for, rows degraded, tiles missing; f64 error rms, error of the worst group,
-    /// share without an estimate, samples: mean, median, least, share on cells wider than asked for, worst
-    /// factor of those; i64 budget, spent, margin in us; f64[10] share of the rows by level; u8[256] level of
-    /// each group; u32 instants, rows reprojected, rows repeated, 0; f64 error goal, error over detector
-    /// noise
-    frame_quality,
-};
-constexpr std::size_t chunk_count = 19;
-constexpr std::size_t truth_entry_bytes = 160;
-constexpr std::size_t frame_quality_bytes = 488;
+using obscura::Chunk;
+using obscura::chunk_count;
+
+/// Id of the image itself; those of the chunks follow.
 constexpr std::uint32_t chunk_id_base = 0x4F420000;
 constexpr std::size_t chunk_tag_bytes = 8;
 
@@ -62,6 +25,74 @@ constexpr std::uint32_t chunk_bit(Chunk c) noexcept {
 
 constexpr std::uint32_t chunk_id(Chunk c) noexcept {
     return chunk_id_base + 1 + static_cast<std::uint32_t>(c);
+}
+
+/// Writes the fields of `owner` to the record that begins at `out`; other bytes stay. Real-time safe.
+template<typename Owner>
+void store_field(std::uint8_t* out, const RecordField<Owner>& field, const Owner& owner) noexcept {
+    for (std::size_t i = 0; i < field.count; ++i) {
+        std::uint8_t* const at = out + field.offset + i * bytes_of(field.form);
+        const FieldValue value = field.get(owner, field.first + i);
+        if (const auto* text = std::get_if<std::string_view>(&value)) {
+            std::memcpy(at, text->data(), text->size());
+        } else if (const auto* real = std::get_if<double>(&value)) {
+            store_be64(at, std::bit_cast<std::uint64_t>(field.chunk_scale * *real));
+        } else {
+            const auto* negative = std::get_if<std::int64_t>(&value);
+            const std::uint64_t word = negative != nullptr ? static_cast<std::uint64_t>(*negative)
+                                                           : *std::get_if<std::uint64_t>(&value);
+            if (field.form == FieldForm::u8)
+                *at = static_cast<std::uint8_t>(word);
+            else if (bytes_of(field.form) == 4)
+                store_be32(at, static_cast<std::uint32_t>(word));
+            else
+                store_be64(at, word);
+        }
+    }
+}
+template<typename Owner>
+void store_record(std::uint8_t* out, const Owner& owner) noexcept {
+    for (const RecordField<Owner>& field : record_fields<Owner>())
+        if (field.in_chunk) store_field(out, field, owner);
+}
+
+/// Reads the fields of `owner` from the record that begins at `in`, which has all its bytes.
+template<typename Owner>
+void load_field(const std::uint8_t* in, const RecordField<Owner>& field, Owner& owner) noexcept {
+    for (std::size_t i = 0; i < field.count; ++i) {
+        const std::uint8_t* const at = in + field.offset + i * bytes_of(field.form);
+        const auto set = [&](const FieldValue& value) { field.set(owner, field.first + i, value); };
+        switch (field.form) {
+        case FieldForm::u8:
+            set(std::uint64_t{*at});
+            break;
+        case FieldForm::u32:
+            set(std::uint64_t{load_be32(at)});
+            break;
+        case FieldForm::i32:
+            set(std::int64_t{static_cast<std::int32_t>(load_be32(at))});
+            break;
+        case FieldForm::u64:
+            set(load_be64(at));
+            break;
+        case FieldForm::i64:
+            set(static_cast<std::int64_t>(load_be64(at)));
+            break;
+        case FieldForm::f64:
+            set(std::bit_cast<double>(load_be64(at)) * (1 / field.chunk_scale));
+            break;
+        case FieldForm::text:
+            set(std::string_view(reinterpret_cast<const char*>(at), field_text_bytes));
+            break;
+        }
+    }
+}
+template<typename Owner>
+[[nodiscard]] Owner load_record(const std::uint8_t* in) noexcept {
+    Owner owner{};
+    for (const RecordField<Owner>& field : record_fields<Owner>())
+        if (field.in_chunk) load_field(in, field, owner);
+    return owner;
 }
 
 } // namespace obscura::transports::gige
