@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/writers/card.hpp"
 
+#include "core/camera/frame_record.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +10,26 @@
 
 namespace obscura::images {
 namespace {
+
+/// The fields of a record that have cards, with `prefix` before their keys.
+template<typename Fields, typename Owner>
+void add_cards(Cards& cards, const Fields& fields, const Owner& owner, std::string_view prefix = {}) {
+    for (const RecordField<Owner>& field : fields) {
+        if (field.card.empty()) continue;
+        Card& card = cards.emplace_back();
+        card.key = fmt::format("{}{}", prefix, field.card);
+        card.comment = field.card_help;
+        const FieldValue value = field.get(owner, field.first);
+        if (field.text != nullptr)
+            card.value = std::string(field.text(owner, field.first));
+        else if (const auto* real = std::get_if<double>(&value))
+            card.value = *real;
+        else if (const auto* whole = std::get_if<std::uint64_t>(&value))
+            card.value = static_cast<std::int64_t>(*whole);
+        else
+            card.value = std::get<std::int64_t>(value);
+    }
+}
 
 void add_pose(Cards& cards, std::string_view prefix, const Pose& pose, double age_s, std::string_view whose) {
     const auto add = [&](std::string_view suffix, double value, std::string_view text) {
@@ -46,14 +68,7 @@ Cards window_cards(std::span<const FrameWindow> windows, std::span<const std::ui
         const auto add = [&](std::string_view suffix, std::int64_t value, std::string_view text) {
             cards.push_back({fmt::format("W{:02}_{}", i, suffix), value, std::string(text)});
         };
-        add("X", w.sensor.x, "[px] first sensor column of the window");
-        add("Y", w.sensor.y, "[px] first sensor row");
-        add("NX", w.sensor.width, "[px] columns");
-        add("NY", w.sensor.height, "[px] rows");
-        add("ROW", w.image_y, "[px] its first row in the image");
-        add("TASK", w.exposure_requested_ns, "[ns] integration time asked for");
-        add("TMIN", w.exposure_min_ns, "[ns] obtained, least of its rows");
-        add("TMAX", w.exposure_max_ns, "[ns] obtained, most of its rows");
+        add_cards(cards, record_fields<FrameWindow>(), w, fmt::format("W{:02}_", i));
         add("FLAG", flags[i], "readout flags, bits");
         if (w.sampling != Sampling::destructive) {
             add("NRD", w.reads, "non-destructive reads");
@@ -83,24 +98,9 @@ Cards scene_cards(const GroundTruth& truth) {
 
 Cards quality_cards(const FrameQuality& quality) {
     if (quality.groups == 0) return {};
-    const auto whole = [](auto value) { return static_cast<std::int64_t>(value); };
-    const auto real = [](float value) { return static_cast<double>(value); };
-    return {{"QLEVEL", std::string(name_of(quality.level_max)), "worst quality level of a group of rows"},
-            {"QREASON", whole(quality.reasons), "why not full, bits"},
-            {"QROWDEG", whole(quality.rows_degraded), "rows of levels other than full"},
-            {"QERRRMS", real(quality.error_rms), "error over rms of the lit pixels"},
-            {"QERRWRST", real(quality.error_worst_group), "the same, of the worst group of rows"},
-            {"QERRGOAL", real(quality.error_goal), "error that the settings ask of each pixel"},
-            {"QNOISE", real(quality.noise_ratio_p95), "error over detector noise, 95 % of the groups"},
-            {"QUNKN", real(quality.unknown_share), "share of lit pixels without an estimate"},
-            {"QSPPMEA", real(quality.samples_mean), "mean of rays per lit pixel"},
-            {"QSPPMED", real(quality.samples_median), "median of rays per lit pixel"},
-            {"QSPPMIN", real(quality.samples_min), "least rays of a lit pixel"},
-            {"QBOUNCE", whole(quality.bounces), "reflections after the first"},
-            {"QINSTANT", whole(quality.instants), "motion instants of the row with the fewest"},
-            {"QBUDGET", quality.budget_us, "[us] that rendering had"},
-            {"QSPENT", quality.spent_us, "[us] that rendering took"},
-            {"QMARGIN", quality.margin_us, "[us] least time left at a deadline"}};
+    Cards cards;
+    add_cards(cards, level_fields(), quality);
+    return cards;
 }
 
 Cards frame_cards(const Frame& frame) {
@@ -143,13 +143,8 @@ Cards frame_cards(const Frame& frame) {
     const FrameQuality& quality = info.quality;
     const Cards made = quality_cards(quality);
     cards.insert(cards.end(), made.begin(), made.end());
-    if (quality.lod_deficit_share > 0 || quality.tiles_missing > 0) {
-        cards.push_back({"LODSHARE", static_cast<double>(quality.lod_deficit_share),
-                         "share of terrain on cells wider than asked for"});
-        cards.push_back({"LODWORST", static_cast<double>(quality.lod_deficit_worst),
-                         "factor by which they are wider, at least"});
-        cards.push_back({"LODTILES", whole(quality.tiles_missing), "look-ups of tiles that were not there"});
-    }
+    if (quality.lod_deficit_share > 0 || quality.tiles_missing > 0)
+        add_cards(cards, terrain_fields(), quality);
     const Cards scene = scene_cards(info.truth);
     cards.insert(cards.end(), scene.begin(), scene.end());
     return cards;
