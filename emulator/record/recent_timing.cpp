@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/record/recent_timing.hpp"
 
-#include "emulator/record/timing_columns.hpp"
+#include "emulator/record/timing_record.hpp"
 
 #include <fmt/format.h>
 
@@ -59,8 +59,9 @@ std::vector<std::string> RecentTiming::columns() const {
 
 void RecentTiming::add_row(Rows& found, const Kept& kept) const {
     Row& row = found.rows.emplace_back();
+    const FrameRecord record = record_of(kept.frame, log_.render());
     for (const TimingColumn& column : timing_columns()) {
-        const std::int64_t value = column.value(kept.frame, log_.render());
+        const std::int64_t value = column.value(record);
         row.push_back(column.is_instant && value == 0 ? std::nullopt : std::optional(value));
     }
     for (std::size_t slot = 0; slot < log_.transports().size(); ++slot) {

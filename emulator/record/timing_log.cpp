@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/record/timing_log.hpp"
 
-#include "emulator/record/timing_columns.hpp"
+#include "emulator/record/timing_record.hpp"
 
 #include <fmt/format.h>
 
@@ -72,8 +72,9 @@ void TimingLog::write_line(const FrameTiming& t, std::ostream& out,
                            std::span<const std::int64_t> pace_ns) const {
     fmt::memory_buffer line;
     const auto to = std::back_inserter(line);
+    const FrameRecord record = record_of(t, render_);
     for (const TimingColumn& column : timing_columns())
-        fmt::format_to(to, "{},", column.value(t, render_));
+        fmt::format_to(to, "{},", column.value(record));
     const FrameQuality& q = t.quality;
     for (std::size_t g = 0; g < q.groups; ++g)
         line.push_back(static_cast<char>('0' + static_cast<int>(q.group_level[g])));

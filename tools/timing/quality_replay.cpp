@@ -23,8 +23,8 @@ QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& reado
         height = std::max(height, readout.windows[w].image_y + readout.windows[w].sensor.height);
     const std::int32_t group_rows = FrameQuality::group_rows_for(height);
     const auto groups = static_cast<std::size_t>((height + group_rows - 1) / group_rows);
-    bool whole_before = false;        // some frame before this one has no rows of an earlier one
-    std::int64_t whole_error_upx = 0; // how far that one is from where things were
+    bool whole_before = false; // some frame before this one has no rows of an earlier one
+    double whole_error_px = 0; // how far that one is from where things were
     for (const TimingRow& row : runs.back().rows) {
         bool earlier = false;
         if (!row.levels.empty() && row.levels.size() != groups)
@@ -42,7 +42,7 @@ QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& reado
         }
         if (!earlier) {
             whole_before = true;
-            whole_error_upx = row.ahead_error;
+            whole_error_px = row.ahead_error_px;
             continue;
         }
         needs_earlier_ = true;
@@ -50,7 +50,7 @@ QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& reado
             throw InputError(fmt::format("{}: frame {}: rows of an earlier frame, allowed is a file with a "
                                          "frame before it that has none",
                                          file, row.frame_id));
-        if (row.ahead_error > 0 || whole_error_upx > 0)
+        if (row.ahead_error_px > 0 || whole_error_px > 0)
             throw InputError(fmt::format("{}: frame {}: rows of a rendering for another instant than that of "
                                          "the trigger, allowed are exact predictions",
                                          file, row.frame_id));

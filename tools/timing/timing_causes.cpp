@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -37,11 +38,8 @@ public:
     [[nodiscard]] double of(const Value& value) const {
         double sum = 0;
         for (const TimingRow* row : rows_)
-            sum += static_cast<double>(value(*row));
+            sum += static_cast<double>(std::invoke(value, *row));
         return rows_.empty() ? 0 : sum / static_cast<double>(rows_.size());
-    }
-    [[nodiscard]] double of(std::int64_t TimingRow::*value) const {
-        return of([value](const TimingRow& row) { return row.*value; });
     }
     [[nodiscard]] double ms(std::int64_t TimingRow::*value) const { return of(value) * 1e-6; }
     [[nodiscard]] double ms(std::int64_t TimingRow::*from, std::int64_t TimingRow::*to) const {
@@ -114,9 +112,9 @@ void add_rendering_cures(const Means& means, const Rendering& r, double late_ms,
     add(fmt::format("motion instants ({:.0f} a row)", r.instants), over_instants, over_instants,
         "render.max_instants = 1");
     const double samples_ms = r.sampling + r.grid;
-    if (one.target_error_ppm > 0) {
+    if (one.target_error > 0) {
         // The error of adaptive samples falls with their number to the power of -0.75.
-        const double error = static_cast<double>(one.target_error_ppm) * 1e-6;
+        const double error = one.target_error;
         add(fmt::format("samples (render.target_error = {:g})", error), samples_ms,
             samples_ms * (1 - std::pow(2, -4.0 / 3)),
             fmt::format("render.target_error = {:g}, at best,", 2 * error));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/timing/timing_file.hpp"
 
-#include "core/camera/frame_quality.hpp"
 #include "core/error.hpp"
 
 #include <fmt/format.h>
@@ -21,74 +20,9 @@ constexpr std::size_t most_columns = 256;
 /// Numbers are below this: differences of larger ones could overflow.
 constexpr std::int64_t number_limit = std::int64_t{1} << 62;
 
-struct NumberColumn {
-    std::string_view name;
-    std::int64_t TimingRow::*value;
-};
-
-constexpr NumberColumn number_columns[] = {
-    {"edge_ns", &TimingRow::edge},
-    {"seen_ns", &TimingRow::seen},
-    {"pose_ns", &TimingRow::pose},
-    {"render_begin_ns", &TimingRow::render_begin},
-    {"render_end_ns", &TimingRow::render_end},
-    {"detector_end_ns", &TimingRow::detector_end},
-    {"due_ns", &TimingRow::due},
-    {"first_ns", &TimingRow::first},
-    {"last_due_ns", &TimingRow::last_due},
-    {"last_ns", &TimingRow::last},
-    {"rows", &TimingRow::rows},
-    {"late_rows", &TimingRow::late_rows},
-    {"worst_row_ns", &TimingRow::worst_row},
-    {"worst_row", &TimingRow::worst_row_number},
-    {"flags", &TimingRow::flags},
-};
-/// Columns that older files lack.
-constexpr NumberColumn later_columns[] = {
-    {"acquisition", &TimingRow::acquisition},
-    {"min_period_ns", &TimingRow::min_period},
-    {"width", &TimingRow::width},
-    {"height", &TimingRow::height},
-    {"render_threads", &TimingRow::render_threads},
-    {"render_cores", &TimingRow::render_cores},
-    {"samples_per_pixel", &TimingRow::samples_per_pixel},
-    {"target_error_ppm", &TimingRow::target_error_ppm},
-    {"max_instants", &TimingRow::max_instants},
-    {"rendered_rows", &TimingRow::rendered_rows},
-    {"setup_ns", &TimingRow::setup},
-    {"sampling_ns", &TimingRow::sampling},
-    {"grid_ns", &TimingRow::grid},
-    {"wings_ns", &TimingRow::wings},
-    {"points_ns", &TimingRow::points},
-    {"rest_ns", &TimingRow::rest},
-    {"measured_ns", &TimingRow::measured},
-    {"measured_cpu_ns", &TimingRow::measured_cpu},
-    {"preemptions", &TimingRow::preemptions},
-    {"row_instants", &TimingRow::row_instants},
-    {"samples", &TimingRow::samples},
-    {"rays", &TimingRow::rays},
-    {"detector_wait_ns", &TimingRow::detector_wait},
-    {"detector_ns", &TimingRow::detector},
-    {"ahead_ns", &TimingRow::ahead},
-    {"ahead_error_upx", &TimingRow::ahead_error},
-    {"level_max", &TimingRow::level_max},
-    {"rows_degraded", &TimingRow::rows_degraded},
-    {"quality_reasons", &TimingRow::quality_reasons},
-    {"error_ppm", &TimingRow::error_ppm},
-    {"budget_us", &TimingRow::budget_us},
-    {"spent_us", &TimingRow::spent_us},
-    {"margin_us", &TimingRow::margin_us},
-    {"error_worst_ppm", &TimingRow::error_worst_ppm},
-    {"error_goal_ppm", &TimingRow::error_goal_ppm},
-    {"noise_ratio_ppm", &TimingRow::noise_ratio_ppm},
-    {"unknown_ppm", &TimingRow::unknown_ppm},
-    {"page_faults", &TimingRow::page_faults},
-    {"stalled_rows", &TimingRow::stalled_rows},
-};
-constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "trigger_id",
-                           lateness_column = "row_lateness_us", levels_column = "levels",
-                           first_byte_suffix = "_first_byte_ns", last_byte_suffix = "_last_byte_ns",
-                           pace_suffix = "_pace_ns";
+constexpr std::string_view frame_id_column = "frame_id", lateness_column = "row_lateness_us",
+                           levels_column = "levels", first_byte_suffix = "_first_byte_ns",
+                           last_byte_suffix = "_last_byte_ns", pace_suffix = "_pace_ns";
 
 std::vector<std::string_view> split_line(std::string_view line) {
     std::vector<std::string_view> fields;
@@ -112,12 +46,9 @@ public:
         if (titles_.size() > most_columns)
             throw InputError(
                 fmt::format("{}:1: {} columns, allowed are {}", name, titles_.size(), most_columns));
-        frame_id_ = index_of(frame_id_column);
-        trigger_id_ = index_of(trigger_id_column);
-        for (const NumberColumn& column : number_columns)
-            numbers_.push_back({index_of(column.name), column.value});
-        for (const NumberColumn& column : later_columns)
-            if (const auto at = find(column.name)) numbers_.push_back({*at, column.value});
+        for (const TimingColumn& column : timing_columns())
+            if (const auto at = column.in_first_files ? index_of(column.name) : find(column.name))
+                numbers_.push_back({*at, &column});
         for (const std::string_view title : titles_)
             for (const std::string_view suffix : {first_byte_suffix, last_byte_suffix}) {
                 if (!title.ends_with(suffix)) continue;
@@ -150,10 +81,8 @@ public:
             return value;
         };
         TimingRow row;
-        row.frame_id = static_cast<std::uint64_t>(whole(frame_id_));
-        row.trigger_id = static_cast<std::uint64_t>(whole(trigger_id_));
-        for (const auto& [column, value] : numbers_)
-            row.*value = whole(column);
+        for (const auto& [place, column] : numbers_)
+            column->set(row, whole(place));
         for (std::size_t i = 0; i < transports.size(); ++i) {
             row.first_byte.push_back(whole(first_byte_[i]));
             row.last_byte.push_back(whole(last_byte_[i]));
@@ -210,10 +139,10 @@ private:
 
     const std::string& name_;
     std::vector<std::string_view> titles_;
-    std::size_t frame_id_ = 0, trigger_id_ = 0, lateness_ = 0;
+    std::size_t lateness_ = 0;
     struct NumberAt {
-        std::size_t column;
-        std::int64_t TimingRow::*value;
+        std::size_t place;
+        const TimingColumn* column;
     };
     std::vector<NumberAt> numbers_;
     std::vector<std::size_t> first_byte_, last_byte_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/timing/timing_quality.hpp"
 
-#include "core/camera/frame_quality.hpp"
+#include "core/camera/frame_record.hpp"
 
 #include <fmt/format.h>
 
@@ -19,13 +19,13 @@ constexpr std::array reasons{
     EnumName{quality_predicted, "foreseen"}};
 
 bool is_degraded(const TimingRow& row) {
-    return row.rows_degraded > 0;
+    return row.quality.rows_degraded > 0;
 }
 
 std::string reason_names(const TimingRow& row) {
     std::string out;
     for (const auto& [bit, name] : reasons)
-        if ((row.quality_reasons & bit) != 0) out += fmt::format("{}{}", out.empty() ? "" : ", ", name);
+        if ((row.quality.reasons & bit) != 0) out += fmt::format("{}{}", out.empty() ? "" : ", ", name);
     return out.empty() ? "not stated" : out;
 }
 
@@ -65,8 +65,8 @@ struct Kind {
     void add(const TimingRow& row) {
         ++frames;
         count_levels(row, levels);
-        errors_ppm.push_back(row.error_ppm);
-        least_margin_us = std::min(least_margin_us, row.margin_us);
+        errors_ppm.push_back(in_millionths(row.quality.error_rms));
+        least_margin_us = std::min(least_margin_us, row.quality.margin_us);
     }
 };
 
@@ -76,18 +76,18 @@ std::string degraded_because(const TimingRow& row) {
     if (!is_degraded(row)) return {};
     std::string out = reason_names(row);
     const auto add = [&out](const std::string& text) { out += "; " + text; };
-    if ((row.quality_reasons & quality_page_fault) != 0)
+    if ((row.quality.reasons & quality_page_fault) != 0)
         add(fmt::format("{} page faults: render threads waited for the disk", row.page_faults));
-    if ((row.quality_reasons & quality_stall) != 0 && row.measured > 0)
+    if ((row.quality.reasons & quality_stall) != 0 && row.measured > 0)
         add(fmt::format("while at work the render threads had {:.0f} % of a core each, by {} involuntary "
                         "context switches",
                         100 * static_cast<double>(row.measured_cpu) / static_cast<double>(row.measured),
                         row.preemptions));
-    if ((row.quality_reasons & quality_unknown_scene) != 0)
+    if ((row.quality.reasons & quality_unknown_scene) != 0)
         add("the first frame, or the first of a new scene");
-    if ((row.quality_reasons & (quality_budget | quality_predicted)) != 0)
+    if ((row.quality.reasons & (quality_budget | quality_predicted)) != 0)
         add(fmt::format("in full it would have taken longer than the {:.1f} ms that there were",
-                        ms(row.budget_us)));
+                        ms(row.quality.budget_us)));
     return out;
 }
 
@@ -96,7 +96,8 @@ std::string quality_remark(std::span<const TimingRow> rows) {
     std::vector<std::int64_t> errors_ppm;
     for (const TimingRow& row : rows) {
         count_levels(row, levels);
-        if (row.error_ppm > 0) errors_ppm.push_back(row.error_ppm);
+        if (in_millionths(row.quality.error_rms) > 0)
+            errors_ppm.push_back(in_millionths(row.quality.error_rms));
     }
     const auto degraded = std::count_if(rows.begin(), rows.end(), is_degraded);
     if (degraded == 0) return {};
@@ -130,11 +131,12 @@ std::string degraded_text(std::span<const TimingRow> rows, bool each) {
         if (!is_degraded(row)) continue;
         LevelCounts levels{};
         count_levels(row, levels);
-        out +=
-            fmt::format("{:>8} {:>9.2f} {:>9.2f} {:>9.2f} {:>10.1f} {:>10.1f} {:>10.1f}  {}; {}\n",
-                        row.frame_id, percent(row.error_ppm), percent(row.error_worst_ppm),
-                        1e-6 * static_cast<double>(row.noise_ratio_ppm), ms(row.budget_us), ms(row.spent_us),
-                        ms(row.margin_us), level_shares(levels, 0), degraded_because(row));
+        out += fmt::format("{:>8} {:>9.2f} {:>9.2f} {:>9.2f} {:>10.1f} {:>10.1f} {:>10.1f}  {}; {}\n",
+                           row.frame_id, percent(in_millionths(row.quality.error_rms)),
+                           percent(in_millionths(row.quality.error_worst_group)),
+                           1e-6 * static_cast<double>(in_millionths(row.quality.noise_ratio_p95)),
+                           ms(row.quality.budget_us), ms(row.quality.spent_us), ms(row.quality.margin_us),
+                           level_shares(levels, 0), degraded_because(row));
     }
     return out;
 }
@@ -144,12 +146,12 @@ std::string degraded_csv(std::span<const TimingRow> rows) {
                       "noise_ratio_ppm,budget_us,spent_us,margin_us,levels,why\n";
     for (const TimingRow& row : rows)
         if (is_degraded(row))
-            out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},\"{}\"\n", row.acquisition, row.frame_id,
-                               name_of(static_cast<QualityLevel>(
-                                   std::clamp<std::int64_t>(row.level_max, 0, quality_level_count - 1))),
-                               row.rows_degraded, row.quality_reasons, row.error_ppm, row.error_worst_ppm,
-                               row.noise_ratio_ppm, row.budget_us, row.spent_us, row.margin_us, row.levels,
-                               degraded_because(row));
+            out += fmt::format(
+                "{},{},{},{},{},{},{},{},{},{},{},{},\"{}\"\n", row.acquisition, row.frame_id,
+                name_of(row.quality.level_max), row.quality.rows_degraded, row.quality.reasons,
+                in_millionths(row.quality.error_rms), in_millionths(row.quality.error_worst_group),
+                in_millionths(row.quality.noise_ratio_p95), row.quality.budget_us, row.quality.spent_us,
+                row.quality.margin_us, row.levels, degraded_because(row));
     return out;
 }
 

@@ -255,7 +255,7 @@ TEST_CASE("a cause of lateness comes with its share, its setting and what the fr
     row.samples_per_pixel = 16; // 7 of 16 fit into the 84 ms that there are
     CHECK(first_cure(row) ==
           "samples (16 a pixel) 184 of 184 ms: render.samples_per_pixel = 7 would give about 80 ms");
-    row.target_error_ppm = 20'000; // half the samples^0.75: 40 % of the time
+    row.target_error = 0.02; // half the samples^0.75: 40 % of the time
     CHECK(first_cure(row) == "samples (render.target_error = 0.02) 184 of 184 ms: "
                              "render.target_error = 0.04, at best, would give about 73 ms");
 
@@ -345,8 +345,8 @@ TEST_CASE("frames below full quality are said with their levels") {
         CHECK_THAT(line, !ContainsSubstring("quality:"));
     file.rows[0].levels = "0000";
     file.rows[1].levels = "0556";
-    file.rows[1].rows_degraded = 24;
-    file.rows[1].error_ppm = 25'000;
+    file.rows[1].quality.rows_degraded = 24;
+    file.rows[1].quality.error_rms = 0.025F;
     REQUIRE_FALSE(remarks(file).empty());
     CHECK(remarks(file).front() == "quality: 1 of 2 frames below full, groups of rows: full 62.5 %, quarter "
                                    "25.0 %, sixteenth 12.5 %; estimated error 2.5 % (median; worst 2.5 %)");
@@ -400,7 +400,7 @@ TEST_CASE("what a frame cost is in the timing file") {
     CHECK(row.render_threads == 2);
     CHECK(row.render_cores == 8);
     CHECK(row.samples_per_pixel == 4);
-    CHECK(row.target_error_ppm == 20'000);
+    CHECK(row.target_error == 0.02);
     CHECK(row.max_instants == 64);
     CHECK(row.setup == 100);
     CHECK(row.sampling == 101);
@@ -420,21 +420,33 @@ TEST_CASE("what a frame cost is in the timing file") {
     CHECK(row.pace == std::vector<std::int64_t>{99});
 }
 
+TEST_CASE("each column of the timing file is a number of its own") {
+    for (const TimingColumn& column : timing_columns()) {
+        FrameRecord record;
+        column.set(record, 7);
+        for (const TimingColumn& other : timing_columns()) {
+            CAPTURE(column.name, other.name);
+            CHECK(other.value(record) == (&other == &column ? 7 : 0));
+        }
+    }
+}
+
 TEST_CASE("degraded frames are counted by reason, and each is explained") {
     TimingFile file;
-    const auto add = [&](std::uint64_t id, std::int64_t reasons, std::string levels, std::int64_t error_ppm) {
+    const auto add = [&](std::uint64_t id, std::uint32_t reasons, std::string levels, double error_ppm) {
         TimingRow row;
         row.acquisition = 1;
         row.frame_id = id;
         row.rows = row.height = 64;
-        row.quality_reasons = reasons;
-        row.error_ppm = error_ppm;
+        row.quality.reasons = reasons;
+        row.quality.error_rms = static_cast<float>(1e-6 * error_ppm);
         row.levels = std::move(levels);
         for (const char digit : row.levels)
-            row.rows_degraded += digit == '0' ? 0 : 16;
+            row.quality.rows_degraded += digit == '0' ? 0 : 16;
         for (const char digit : row.levels)
-            row.level_max = std::max<std::int64_t>(row.level_max, digit - '0');
-        row.budget_us = 83'200, row.spent_us = 80'000, row.margin_us = static_cast<std::int64_t>(id) * 1000;
+            row.quality.level_max = std::max(row.quality.level_max, static_cast<QualityLevel>(digit - '0'));
+        row.quality.budget_us = 83'200, row.quality.spent_us = 80'000,
+        row.quality.margin_us = static_cast<std::int64_t>(id) * 1000;
         row.measured = 100, row.measured_cpu = 62, row.preemptions = 17, row.page_faults = 3;
         file.rows.push_back(row);
     };
