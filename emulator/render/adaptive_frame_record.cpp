@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of AdaptiveFrame: what is known of its light, and the record that says so.
+// AdaptiveFrame: knowledge of the quality of its light, and the record of it.
 #include "emulator/render/adaptive_frame.hpp"
 #include "emulator/render/frame_work.hpp"
 #include "renderer/packets/packet.hpp"

@@ -112,7 +112,7 @@ private:
     Camera& camera_;
     const Clock& clock_;
     RenderScheduling scheduling_;
-    service::Tokens tokens_; ///< empty: everybody may send lines
+    service::Tokens tokens_; ///< empty: every client may send lines
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
     std::atomic<bool> stopping_{false}, stepping_{false};
     FileDescriptor tcp_, udp_, wake_;

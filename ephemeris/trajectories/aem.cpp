@@ -205,7 +205,7 @@ void add_attitude(const KvnReader& reader, const KvnLine& line, const KvnSample&
                 conjugate(turned ? conjugate(given) : given) * (turned ? conjugate(stated) : stated);
             segment.rate_rad_s.push_back(Vec3{rate.x, rate.y, rate.z} * 2.0);
         } else if (layout.rates == Rates::angular_velocity) {
-            // Of B relative to A; of the object in its own axes.
+            // Rate of B relative to A, turned into the object's rate in its own axes.
             const double* const r = n.data() + (euler ? 3 : 4);
             Vec3 rate = Vec3{r[0], r[1], r[2]} * (layout.object_is_b ? degree : -degree);
             if (layout.rates_in_a == layout.object_is_b) rate = rotate(conjugate(q), rate);

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t most_digits = 255; // IEEE 488.2, 7.7.2.4.1
 constexpr int largest_exponent = 32000;
 
-// Of ASCII only, whatever the locale.
+// ASCII only, whatever the locale.
 bool is_blank(char c) {
     return static_cast<unsigned char>(c) <= ' ';
 }

@@ -58,7 +58,7 @@ struct SurfaceNode {
     std::atomic<std::uint32_t> wanted{0};             ///< bit per child that rays missed, wanted_sun
     std::atomic<std::uint64_t> used{0};               ///< SurfaceTiles::clock() of the last use
 
-    // Of SunVisibility. The second one is for frames that began before the first was there.
+    // Tiles of SunVisibility. The second one is for frames that began before the first was there.
     std::atomic<const SunTile*> sun{nullptr}, sun_before{nullptr};
 
     // Under the mutex of SurfaceTiles.

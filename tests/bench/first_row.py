@@ -46,7 +46,7 @@ def row(source, scene, beside, text):
 
 
 class Gvcp:
-    """As much of a GigE Vision client as triggers by ACTION commands need; nobody reads the stream."""
+    """As much of a GigE Vision client as triggers by ACTION commands need; the stream is not read."""
     CONTROL, STREAM_PORT, STREAM_TO, GROUP_MASK = 0x0A00, 0x0D00, 0x0D18, 0x9804
     START, STOP, TRIGGER_SOURCE, ACTION1 = 0xA104, 0xA108, 0xAA04, 2  # docs/reference/features.md, core/camera/trigger.hpp
 

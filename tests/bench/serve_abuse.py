@@ -89,7 +89,7 @@ class Abuser:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
     def unread(self):
-        """2,000 pictures that nobody reads."""
+        """2,000 pictures that are not read."""
         with contextlib.suppress(OSError), self.open() as sock:
             sock.settimeout(1)
             for number in range(2, 2002):
@@ -174,14 +174,14 @@ class DoorAbuser:
         door_abuse.resets(self.port, 20)
 
     def unread(self):
-        """2,000 pictures of 512 x 512 that nobody reads."""
+        """2,000 pictures of 512 x 512 that are not read."""
         with contextlib.suppress(OSError, RuntimeError), PublishedClient("127.0.0.1", self.port) as client:
             client.render()
             client.send_bytes(b"".join(qt_stream.message("getImage", {})) * 2000)
             client.version()
 
     def setters(self):
-        """100,000 setters whose answers nobody reads."""
+        """100,000 setters whose answers are not read."""
         with contextlib.suppress(OSError, RuntimeError), PublishedClient("127.0.0.1", self.port) as client:
             client.send_bytes(door_abuse.MOVE * 100_000)
             client.version()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What breaks servers, sent to the door of the published client while another client works: lengths that lie, endless nesting,
-slow writers, cut messages, pictures nobody reads, random bytes, a flood of connections, messages and data that grow, paths that
+slow writers, cut messages, unread pictures, random bytes, a flood of connections, messages and data that grow, paths that
 climb. All answers of the other client come, each the right one, and the server's memory stays within bounds.
 
 How long its answers take is measured by tests/bench/serve_abuse.py.

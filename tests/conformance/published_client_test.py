@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""All 154 commands of the published client against `obscura serve`, what errors leave behind, and answers that nobody reads.
+"""All 154 commands of the published client against `obscura serve`, what errors leave behind, and unread answers.
 
 Usage: published_client_test.py OBSCURA SOURCE-DIRECTORY [--unread N]
 Exit status 1 if a check failed, 77 without numpy.

@@ -40,7 +40,8 @@ public:
         GError* error = nullptr;
         camera_.reset(arv_camera_new(address.c_str(), &error));
         check(error, "connect");
-        // The packet socket hands packets over in blocks of 5 ms and needs privileges that not everybody has.
+        // The packet socket hands packets over in blocks of 5 ms and needs privileges that not every user
+        // has.
         arv_camera_gv_set_stream_options(camera_.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
     }
 

@@ -299,7 +299,7 @@ with Daemon(source="timer") as daemon, Simulator("127.0.0.1", daemon.port) as si
         other.close()
     check("it ends well", daemon.stop() == 0)
 
-# A token is wanted of everybody, and proved without being sent.
+# A token is wanted of every client, and proved without being sent.
 secret = random.Random(5).randbytes(32)
 with Daemon(token=secret) as daemon:
     def open_with(token):

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Holds the documents to a form that can be read: paragraphs and table cells of limited length, no heading twice on a page, and
-links to headings that exist. Checked are README, CONTRIBUTING and docs/*.md; links also of the generated pages below docs/."""
+links to headings that exist. Checked are README, CONTRIBUTING and docs/*.md; links also of the generated pages below docs/.
+Comments in the source begin with their subject, and name it."""
 import pathlib
 import re
 import sys
@@ -81,11 +82,26 @@ def broken_links(document):
             yield f"{document.relative_to(ROOT)}: links to {page}#{anchor}, and there is no such heading"
 
 
+# A comment must not begin with "Of", or use the pronouns below: it leaves out what it is about.
+VAGUE_COMMENT = re.compile(r"(?://[/!]?<?|^\s*#)\s+(?:Of \w|.*\b(?:[Nn]obody|[Ss]omebody|[Aa]nybody|[Ee]verybody|[Ww]hoever)\b)")
+
+
+def vague_comments(document):
+    for number, line in enumerate(document.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+        if VAGUE_COMMENT.search(line) and "://" not in line:
+            yield f"{document.relative_to(ROOT)}:{number}: a comment without its subject: {line.strip()}"
+
+
 complaints = self_test()
 pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 for document in pages:
     complaints += complaints_of(document.relative_to(ROOT), document.read_text(encoding="utf-8"))
 for document in {*pages, ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")}:
     complaints += broken_links(document)
+GENERATED = {"obscura_calls.hpp", "calls.py", "aio_calls.py"}  # texts of the calls
+for folder in sorted(path for path in ROOT.iterdir() if path.is_dir() and path.name not in {"build", "shared"} and path.name[0] != "."):
+    for source in sorted(file for file in folder.rglob("*") if file.suffix in {".cpp", ".hpp", ".c", ".h", ".py", ".sh"}):
+        if source.name not in GENERATED:
+            complaints += vague_comments(source)
 print("\n".join(complaints) or "the documents are in a form that can be read")
 sys.exit(1 if complaints else 0)

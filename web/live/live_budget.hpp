@@ -31,7 +31,7 @@ struct Share {
     bool jpeg = false;
 };
 
-/// Gives everybody what they ask for if that is not too much; else those that take most get fewer pictures,
+/// Gives all viewers what they ask for if that is not too much; else those that take most get fewer pictures,
 /// down to `least_hz`, below that JPEGs if they take any encoding, and below that larger bins.
 [[nodiscard]] std::vector<Share> shared_out(std::span<const Wish> wishes, double bytes_per_s);
 constexpr double least_hz = 2;

@@ -2,8 +2,8 @@
 # The GPIO chip of trigger and lines removed under the real daemon and given back: edges, ready and exposure within 2 s
 # lane: last
 # time limit: 120 s
-# Once, and at the end: Linux 6.1's gpio-sim frees the interrupts of a chip that goes while they are requested, and whoever
-# gives them back then writes to memory that is somebody else's.
+# Once, and at the end: Linux 6.1's gpio-sim frees the interrupts of a chip that goes while they are requested, and
+# giving them back then writes to memory of others.
 . "$RIG/guest/daemon.sh"
 gpio_up removed 8 3=REMOVED_TRIG_IN 4=REMOVED_READY 5=REMOVED_EXPOSURE
 daemon_start 16 16 '[trigger]

@@ -46,7 +46,7 @@ look() { # FORMAT BITS
 }
 
 for flavour in "" newer; do
-    # With exclusive_caps the node is an output until somebody feeds it and a camera from then on, as browsers want it; it
+    # With exclusive_caps the node is an output until a program feeds it and a camera from then on, as browsers want it; it
     # has to become an output again when the feeding ends.
     loopback_up $flavour exclusive_caps=1
     say "v4l2loopback $(modinfo -F version "$RIG_MODULES/${flavour:+newer/}v4l2loopback.ko")"

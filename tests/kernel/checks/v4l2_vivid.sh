@@ -2,7 +2,7 @@
 # V4L2 transport to vivid, a driver that enforces every rule of the interface: Y12, Y16 and GREY by mmap
 # lane: screen
 # time limit: 240 s
-# Its write() does not work for anybody in Linux 6.1 (dd gets EINVAL too), so only mmap is tried.
+# Its write() does not work for any program in Linux 6.1 (dd gets EINVAL too), so only mmap is tried.
 vivid_up
 flow() { # FORMAT BITS OPTION...
     local format=$1 bits=$2

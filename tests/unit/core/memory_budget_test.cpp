@@ -57,7 +57,7 @@ TEST_CASE("the memory limit counts what is allocated already", "[core]") {
         return why.find("the memory limit of the process (512.0 MiB)") != std::string::npos &&
                taken[7] == 'x';
     }));
-    CHECK(in_child([] { // the kernel holds the limit where no one asked before
+    CHECK(in_child([] { // the kernel holds the limit where it was not asked for before
         limit_memory(128 * mib);
         try {
             const std::vector<char> too_much(200 * mib, 'x');
