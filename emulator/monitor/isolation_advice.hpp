@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Advice for a machine whose rows leave late: what of docs/appliance.md, "Tune for real time", is not done.
+// Advice for a machine whose rows leave late: what of docs/tuning.md, "Set up the machine", is not done.
 #pragma once
 
 #include "core/realtime/realtime.hpp"

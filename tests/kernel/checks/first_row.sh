@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# From the trigger to the first row with GPIO, PPS and PTP triggers, as rows of the table in docs/appliance.md
+# From the trigger to the first row with GPIO, PPS and PTP triggers, as rows of the table in docs/tuning.md
 # lane: last
 # time limit: 300 s
 . "$RIG/guest/daemon.sh"
