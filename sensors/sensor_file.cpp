@@ -3,6 +3,7 @@
 
 #include "config/shipped_files.hpp"
 #include "core/camera/pixel_pitch.hpp"
+#include "core/camera/setting_table.hpp"
 #include "sensors/response_pattern.hpp"
 
 #include <fmt/format.h>
@@ -136,8 +137,14 @@ config::Keys keys_of(SensorDescription& s) {
 
 config::Keys keys_of(ReadoutSettings& s) {
     return {
-        config::key("width", &s.width).unit("px").range(1, 65536).help("Columns of the pixel array"),
-        config::key("height", &s.height).unit("px").range(1, 65536).help("Rows of the pixel array"),
+        config::key("width", &s.width)
+            .unit("px")
+            .range(1, max_sensor_extent)
+            .help("Columns of the pixel array"),
+        config::key("height", &s.height)
+            .unit("px")
+            .range(1, max_sensor_extent)
+            .help("Rows of the pixel array"),
         config::key("shutter", &s.shutter).help("Shutter: how exposures of rows relate to each other"),
         config::key("pixel_clock_hz", &s.pixel_clock_hz)
             .unit("Hz")
@@ -363,7 +370,10 @@ config::Keys keys_of(DetectorSettings& s) {
             .range(1e-06, 1e+06)
             .help("System gain K at 0 dB"),
         config::key("offset_dn", &s.offset_dn).unit("DN").range(0, 65535).help("Black level"),
-        config::key("adc_bits", &s.adc_bits).unit("bit").range(8, 16).help("Resolution of the ADC"),
+        config::key("adc_bits", &s.adc_bits)
+            .unit("bit")
+            .range(min_adc_bits, max_adc_bits)
+            .help("Resolution of the ADC"),
         config::key("adc_inl_dn", &s.adc_inl_dn)
             .unit("DN")
             .range(0, 1000)

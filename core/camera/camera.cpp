@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/camera/camera.hpp"
 
-#include "core/camera/setting_ranges.hpp"
+#include "core/camera/setting_table.hpp"
 
 #include <fmt/format.h>
 
@@ -17,10 +17,13 @@ namespace {
 
 using Finding = std::optional<InvalidSetting>;
 
-template<typename T>
-InvalidSetting outside(const char* feature, T value, const SettingRange<T>& range, const char* unit = "") {
-    return {feature,
-            fmt::format("{} {}{}: allowed {} to {}", feature, value, unit, range.minimum, range.maximum)};
+/// What is wrong with `value`, unless it is in the range of the setting.
+Finding check_range(const Setting& setting, double value, const CameraLimits& limits) {
+    const std::optional<SettingRange> range = setting.range_of(limits);
+    if (!range || range->contains(value)) return {};
+    return InvalidSetting{setting.name, fmt::format("{} {}{}{}: allowed {} to {}", setting.name, value,
+                                                    setting.unit.empty() ? "" : " ", setting.unit,
+                                                    range->minimum, range->maximum)};
 }
 
 Finding check_extents(const Region& r, const CameraLimits& limits) {
@@ -46,11 +49,8 @@ Finding check_extents(const Region& r, const CameraLimits& limits) {
 
 Finding check_window(const CameraWindow& w, const CameraLimits& limits) {
     if (Finding finding = check_extents(w.region, limits)) return finding;
-    if (w.exposure_ns < limits.exposure_min_ns || w.exposure_ns > limits.exposure_max_ns)
-        return InvalidSetting{"ExposureTime", fmt::format("ExposureTime {} us: allowed {} to {}",
-                                                          static_cast<double>(w.exposure_ns) / 1e3,
-                                                          static_cast<double>(limits.exposure_min_ns) / 1e3,
-                                                          static_cast<double>(limits.exposure_max_ns) / 1e3)};
+    const double exposure_us = static_cast<double>(w.exposure_ns) / 1e3;
+    if (Finding finding = check_range(setting("ExposureTime"), exposure_us, limits)) return finding;
     if (const SettingRange range = reads_range(w.sampling); !range.contains(w.reads))
         return InvalidSetting{
             "reads", fmt::format("reads {}: allowed {} to {}", w.reads, range.minimum, range.maximum)};
@@ -117,22 +117,9 @@ std::optional<InvalidSetting> find_invalid(const CameraSettings& s, const Camera
     if (const std::int32_t rows = composed_size(s).height; rows > rows_max)
         return InvalidSetting{
             "windows", fmt::format("the windows have {} rows together: allowed 1 to {}", rows, rows_max)};
-    if (!auto_target_range_percent.contains(s.auto_target_percent))
-        return outside("ExposureAutoTarget", s.auto_target_percent, auto_target_range_percent, " %");
-    if (!auto_percentile_range.contains(s.auto_percentile))
-        return outside("ExposureAutoPercentile", s.auto_percentile, auto_percentile_range, " %");
-    if (!(s.gain_db >= limits.gain_min_db && s.gain_db <= limits.gain_max_db))
-        return InvalidSetting{"Gain", fmt::format("Gain {} dB: allowed {} to {}", s.gain_db,
-                                                  limits.gain_min_db, limits.gain_max_db)};
-    if (!(s.frame_rate_hz >= limits.frame_rate_min_hz && s.frame_rate_hz <= limits.frame_rate_max_hz))
-        return InvalidSetting{"AcquisitionFrameRate",
-                              fmt::format("AcquisitionFrameRate {} Hz: allowed {} to {}", s.frame_rate_hz,
-                                          limits.frame_rate_min_hz, limits.frame_rate_max_hz)};
-    if (!trigger_delay_range_ns.contains(s.trigger_delay_ns)) {
-        const SettingRange<double> range_us{static_cast<double>(trigger_delay_range_ns.minimum) / 1e3,
-                                            static_cast<double>(trigger_delay_range_ns.maximum) / 1e3};
-        return outside("TriggerDelay", static_cast<double>(s.trigger_delay_ns) / 1e3, range_us, " us");
-    }
+    for (const Setting& row : camera_settings_table)
+        if (!row.per_window)
+            if (Finding finding = check_range(row, row.member.get(s), limits)) return finding;
     using Named = std::pair<const char*, TriggerChoice>;
     for (const auto& [name, trigger] :
          {Named{"FrameStart", s.frame_trigger}, Named{"AcquisitionStart", s.start_trigger},
@@ -152,18 +139,8 @@ std::optional<InvalidSetting> find_invalid(const CameraSettings& s, const Camera
     if (s.trigger_overlap == TriggerOverlap::readout && !limits.overlapped)
         return InvalidSetting{"TriggerOverlap",
                               "TriggerOverlap ReadOut: the sensor is not exposed while it is read out"};
-    if (!frame_count_range.contains(s.burst_frame_count))
-        return outside("AcquisitionBurstFrameCount", s.burst_frame_count, frame_count_range);
     if (s.exposure_trigger.enabled && s.trigger_divider != 1)
         return InvalidSetting{"TriggerDivider", "TriggerDivider: allowed 1 with a trigger for ExposureStart"};
-    if (!trigger_divider_range.contains(s.trigger_divider))
-        return outside("TriggerDivider", s.trigger_divider, trigger_divider_range);
-    if (!(s.black_level_dn >= limits.black_level_min_dn && s.black_level_dn <= limits.black_level_max_dn))
-        return InvalidSetting{"BlackLevel",
-                              fmt::format("BlackLevel {} DN: allowed {} to {}", s.black_level_dn,
-                                          limits.black_level_min_dn, limits.black_level_max_dn)};
-    if (!frame_count_range.contains(s.acquisition_frame_count))
-        return outside("AcquisitionFrameCount", s.acquisition_frame_count, frame_count_range);
     return {};
 }
 

@@ -1,51 +1,99 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/config/camera_section.hpp"
 
-#include "core/camera/setting_ranges.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace obscura::emulator {
 namespace {
 
 using config::key;
 
+/// `text` for a key, which does not copy it: lives as long as the program. Thread-safe.
+std::string_view lasting(std::string text) {
+    static std::mutex mutex;
+    static std::set<std::string, std::less<>> texts;
+    const std::lock_guard lock(mutex);
+    return *texts.insert(std::move(text)).first;
+}
+
+/// `key` with unit, range and help of the setting table. `note` is what this file alone has to say.
+config::Key of_setting(config::Key key, const Setting& setting, std::string_view before = {},
+                       std::string_view note = {}) {
+    const std::string_view separator = note.empty() ? "" : "; ";
+    key = std::move(key)
+              .unit(setting.unit)
+              .help(lasting(fmt::format("{}{}{}{}", before, setting.help, separator, note)));
+    if (const std::optional<SettingRange> range = widest_range(setting))
+        key = std::move(key).range(range->minimum, range->maximum);
+    return key;
+}
+
 config::Section window_section(WindowSection& s) {
-    const CameraLimits limits;
     config::Section section;
     section.help = "One of several windows that are read in one frame, in their order.";
     section.keys = {
-        key("width", &s.width).unit("px").range(1, 65536).required().help("Width of the window"),
-        key("height", &s.height)
-            .unit("px")
-            .range(1, 65536)
-            .required()
-            .help("Height of the window; push-broom sensors: number of lines"),
-        key("offset_x", &s.offset_x)
-            .unit("px")
-            .range(0, 65535)
-            .help("First column of the window on the sensor"),
-        key("offset_y", &s.offset_y).unit("px").range(0, 65535).help("First row of the window on the sensor"),
-        key("exposure_us", &s.exposure_us)
-            .unit("us")
-            .range(static_cast<double>(limits.exposure_min_ns) / 1e3,
-                   static_cast<double>(limits.exposure_max_ns) / 1e3)
-            .help("Integration time of the window; that of [camera] if not given"),
-        key("sampling", &s.sampling)
-            .help("Reads of the window. destructive: one sample and reset; non-destructive: each of several "
-                  "reads without reset is delivered; cds: last read minus first; ramp: line fitted through "
-                  "all reads"),
-        key("reads", &s.reads)
-            .range(any_reads_range.minimum, any_reads_range.maximum)
-            .help("Number of reads of a window that is not read destructively"),
+        of_setting(key("width", &s.width).required(), setting("Width")),
+        of_setting(key("height", &s.height).required(), setting("Height")),
+        of_setting(key("offset_x", &s.offset_x), setting("OffsetX")),
+        of_setting(key("offset_y", &s.offset_y), setting("OffsetY")),
+        of_setting(key("exposure_us", &s.exposure_us), setting("ExposureTime"), {},
+                   "that of [camera] if not given"),
+        of_setting(key("sampling", &s.sampling), setting("RegionSampling")),
+        of_setting(key("reads", &s.reads), setting("RegionReads")),
     };
     return section;
+}
+
+/// A key of [camera] and the setting whose value after reset it is.
+struct SettingKey {
+    const Setting& setting;
+    config::Key key;
+};
+
+std::vector<SettingKey> setting_keys(CameraSection& s) {
+    const auto row = [](const Setting& setting, config::Key key, std::string_view note = {},
+                        std::string_view of = {}) {
+        const std::string before = fmt::format("{}{} after reset. ", setting.name, of);
+        return SettingKey{setting, of_setting(std::move(key), setting, before, note)};
+    };
+    /// A setting of the trigger that starts frames.
+    const auto trigger = [&](const Setting& setting, config::Key key, std::string_view note = {}) {
+        return row(setting, std::move(key), note, " of FrameStart");
+    };
+    /// An extent, which may be left to the sensor.
+    const auto extent = [&](const Setting& setting, config::Key key) {
+        SettingKey made = row(setting, std::move(key), "0: the whole sensor");
+        made.key = std::move(made.key).range(0, made.key.range().max);
+        return made;
+    };
+    CameraSettings& c = s.settings;
+    return {
+        extent(setting("Width"), key("width", &c.region.width)),
+        extent(setting("Height"), key("height", &c.region.height)),
+        row(setting("OffsetX"), key("offset_x", &c.region.x)),
+        row(setting("OffsetY"), key("offset_y", &c.region.y)),
+        row(setting("PixelFormat"), key("pixel_format", &c.pixel_format)),
+        row(setting("ExposureTime"), key("exposure_us", &s.exposure_us)),
+        row(setting("Gain"), key("gain_db", &c.gain_db)),
+        trigger(setting("TriggerMode"), key("trigger_mode", &c.frame_trigger.enabled, "On", "Off")),
+        trigger(setting("TriggerSource"),
+                key("trigger_source", &c.frame_trigger.source)
+                    .choices({"Line0", "Line1", "Line2", "Line3", "Software", "Action1"})),
+        trigger(setting("TriggerActivation"), key("trigger_activation", &s.trigger_activation, "auto"),
+                "auto: all edges that the line's source reports"),
+        row(setting("ExposureMode"), key("exposure_mode", &c.exposure_mode)),
+        row(setting("AcquisitionFrameRate"), key("frame_rate_hz", &c.frame_rate_hz)),
+    };
 }
 
 /// List of the windows; an exposure that is not given is that of [camera].
@@ -69,59 +117,27 @@ config::List window_list(CameraSection& s) {
 } // namespace
 
 config::Section section_of(CameraSection& s) {
-    const CameraLimits limits;
-    const bool composed = !s.windows.empty(); // the windows have the extents
-    const auto unless_composed = [composed](config::Key key) {
-        return composed ? std::move(key).unprinted() : std::move(key);
-    };
     config::Section section;
     section.name = "camera";
     section.help =
         "Values that the features of the camera have after reset; clients change them over GigE Vision.";
-    section.keys = {
-        unless_composed(
-            key("width", &s.width).unit("px").range(0, 65536).help("Width after reset; 0: the whole sensor")),
-        unless_composed(key("height", &s.height)
-                            .unit("px")
-                            .range(0, 65536)
-                            .help("Height after reset; 0: the whole sensor")),
-        unless_composed(key("offset_x", &s.offset_x).unit("px").range(0, 65535).help("OffsetX after reset")),
-        unless_composed(key("offset_y", &s.offset_y).unit("px").range(0, 65535).help("OffsetY after reset")),
-        key("pixel_format", &s.pixel_format).help("PixelFormat after reset"),
-        key("exposure_us", &s.exposure_us)
-            .unit("us")
-            .range(static_cast<double>(limits.exposure_min_ns) / 1e3,
-                   static_cast<double>(limits.exposure_max_ns) / 1e3)
-            .help("ExposureTime after reset"),
-        key("gain_db", &s.gain_db)
-            .unit("dB")
-            .range(limits.gain_min_db, limits.gain_max_db)
-            .help("Gain after reset"),
-        key("trigger_mode", &s.trigger_mode, "On", "Off")
-            .help("TriggerMode of FrameStart after reset; Off: free run"),
-        key("trigger_source", &s.trigger_source)
-            .choices({"Line0", "Line1", "Line2", "Line3", "Software", "Action1"})
-            .help("TriggerSource of FrameStart after reset; Line0 is driven by [trigger], Line1 by "
-                  "[trigger.line1]"),
-        key("trigger_activation", &s.trigger_activation, "auto")
-            .help("TriggerActivation of FrameStart after reset; auto: all edges that the line's source "
-                  "reports"),
-        key("exposure_mode", &s.exposure_mode)
-            .help("ExposureMode after reset; TriggerWidth: the exposure lasts as long as the trigger pulse "
-                  "(gpio, edge = \"both\")"),
-        key("frame_rate_hz", &s.frame_rate_hz)
-            .unit("Hz")
-            .range(limits.frame_rate_min_hz, limits.frame_rate_max_hz)
-            .help("AcquisitionFrameRate after reset, for free run and for level triggers"),
-        key("readout_timing", &s.readout_timing)
-            .help("Release of rows to the transports. sensor: when the chip reads them; fast: as soon as "
-                  "they are rendered; triggers and exposures are those of the chip in both cases"),
-        key("rows_max", &s.rows_max)
-            .unit("px")
-            .range(0, 1048576)
-            .help("Largest number of rows of a composed image that a client may request; 0: as many as "
-                  "sensor and windows need"),
-    };
+    for (SettingKey& row : setting_keys(s)) {
+        const bool in_windows = !s.windows.empty() && row.setting.category == "ImageFormatControl" &&
+                                row.setting.per_window; // the windows have the extents
+        section.keys.push_back(in_windows ? std::move(row.key).unprinted() : std::move(row.key));
+    }
+    for (config::Key& own : config::Keys{
+             key("readout_timing", &s.readout_timing)
+                 .help(
+                     "Release of rows to the transports. sensor: when the chip reads them; fast: as soon as "
+                     "they are rendered; triggers and exposures are those of the chip in both cases"),
+             key("rows_max", &s.rows_max)
+                 .unit("px")
+                 .range(0, 1048576)
+                 .help("Largest number of rows of a composed image that a client may request; 0: as many as "
+                       "sensor and windows need"),
+         })
+        section.keys.push_back(std::move(own));
     section.lists = {window_list(s)};
     section.check = [&s](const config::ReadTable& table) {
         for (const std::string_view key : {"width", "height", "offset_x", "offset_y"})
@@ -197,59 +213,47 @@ void check_windows(const std::vector<WindowSection>& windows, const ReadoutSetti
                                  delivered, max_windows));
 }
 
+/// Region of [camera]: extents that are not given reach to the end of the sensor.
+Region region_of(const CameraSection& camera, const ReadoutSettings& readout) {
+    Region region = camera.settings.region;
+    if (region.width == 0) region.width = readout.width - region.x;
+    if (region.height == 0) region.height = readout.height - region.y;
+    return region;
+}
+
 } // namespace
 
 void check_camera(const CameraSection& camera, const ReadoutSettings& readout,
                   const config::ReadTable& table) {
     const std::size_t before = table.mistakes().count();
     check_windows(camera.windows, readout, table);
-    const std::int32_t width = camera.width == 0 ? readout.width - camera.offset_x : camera.width;
-    const std::int32_t height = camera.height == 0 ? readout.height - camera.offset_y : camera.height;
-    if (width < 1 || camera.offset_x > readout.width - width)
-        table.refuse(camera.width == 0 ? "offset_x" : "width",
-                     fmt::format("columns {} to {} leave the sensor, which is {} px wide", camera.offset_x,
-                                 camera.offset_x + std::max(width, 1) - 1, readout.width));
-    if (height < 1 || camera.offset_y > readout.height - height)
-        table.refuse(camera.height == 0 ? "offset_y" : "height",
-                     fmt::format("rows {} to {} leave the sensor, which is {} px high", camera.offset_y,
-                                 camera.offset_y + std::max(height, 1) - 1, readout.height));
+    const auto [x, y, width, height] = region_of(camera, readout);
+    const bool given_width = camera.settings.region.width != 0;
+    const bool given_height = camera.settings.region.height != 0;
+    if (width < 1 || x > readout.width - width)
+        table.refuse(given_width ? "width" : "offset_x",
+                     fmt::format("columns {} to {} leave the sensor, which is {} px wide", x,
+                                 x + std::max(width, 1) - 1, readout.width));
+    if (height < 1 || y > readout.height - height)
+        table.refuse(given_height ? "height" : "offset_y",
+                     fmt::format("rows {} to {} leave the sensor, which is {} px high", y,
+                                 y + std::max(height, 1) - 1, readout.height));
     if (!camera.windows.empty() || table.mistakes().count() != before) return;
-    const WindowSection whole{width, height, camera.offset_x, camera.offset_y};
+    const WindowSection whole{width, height, x, y};
     if (const auto [key, reason] = explain_window(whole, readout); !reason.empty()) table.refuse(key, reason);
 }
 
 std::string_view key_of_feature(std::string_view feature, bool windows) {
-    struct Row {
-        std::string_view feature, key;
-        bool of_window = false; ///< [[camera.window]] has the key, too
-    };
-    constexpr std::array rows{
-        Row{"Width", "width", true},
-        Row{"Height", "height", true},
-        Row{"OffsetX", "offset_x", true},
-        Row{"OffsetY", "offset_y", true},
-        Row{"ExposureTime", "exposure_us", true},
-        Row{"reads", "window", true},
-        Row{"windows", "window", true},
-        Row{"Gain", "gain_db"},
-        Row{"AcquisitionFrameRate", "frame_rate_hz"},
-        Row{"TriggerActivation", "trigger_activation"},
-        Row{"ExposureMode", "exposure_mode"},
-    };
-    const auto* row =
-        std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.feature == feature; });
-    if (row == rows.end()) return {};
-    return windows && row->of_window ? "window" : row->key;
+    if (feature == "reads" || feature == "windows") return "window";
+    CameraSection any;
+    for (const SettingKey& row : setting_keys(any))
+        if (row.setting.name == feature) return windows && row.setting.per_window ? "window" : row.key.name;
+    return {};
 }
 
 CameraSettings camera_settings(const CameraSection& camera, const SensorDescription& sensor) {
-    const ReadoutSettings& readout = sensor.readout;
-    CameraSettings settings;
-    settings.region.x = camera.offset_x;
-    settings.region.y = camera.offset_y;
-    settings.region.width = camera.width == 0 ? readout.width - camera.offset_x : camera.width;
-    settings.region.height = camera.height == 0 ? readout.height - camera.offset_y : camera.height;
-    settings.pixel_format = camera.pixel_format;
+    CameraSettings settings = camera.settings;
+    settings.region = region_of(camera, sensor.readout);
     const auto from_us = [](double us) { return std::llround(us * static_cast<double>(ns_per_us)); };
     settings.exposure_ns = from_us(camera.exposure_us);
     if (!camera.windows.empty()) {
@@ -259,11 +263,6 @@ CameraSettings camera_settings(const CameraSection& camera, const SensorDescript
                 {{w.offset_x, w.offset_y, w.width, w.height}, from_us(w.exposure_us), w.sampling, w.reads});
         settings.set_windows(windows);
     }
-    settings.gain_db = camera.gain_db;
-    settings.frame_trigger.enabled = camera.trigger_mode;
-    settings.frame_trigger.source = camera.trigger_source;
-    settings.exposure_mode = camera.exposure_mode;
-    settings.frame_rate_hz = camera.frame_rate_hz;
     settings.black_level_dn = sensor.detector.offset_dn;
     return settings;
 }

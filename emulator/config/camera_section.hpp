@@ -4,6 +4,7 @@
 
 #include "config/section.hpp"
 #include "core/camera/camera.hpp"
+#include "core/camera/setting_table.hpp"
 #include "emulator/render/policies.hpp"
 #include "sensors/description.hpp"
 
@@ -25,16 +26,10 @@ struct WindowSection {
 
 /// [camera]
 struct CameraSection {
-    std::int32_t width = 0, height = 0; ///< 0: the whole sensor
-    std::int32_t offset_x = 0, offset_y = 0;
-    PixelFormat pixel_format = PixelFormat::mono16;
-    double exposure_us = 10'000;
-    double gain_db = 0;
-    bool trigger_mode = true; ///< SFNC TriggerMode On
-    TriggerSource trigger_source = TriggerSource::line0;
+    /// Extents of 0: the whole sensor. The exposure and the windows stand below.
+    CameraSettings settings;
+    double exposure_us = default_of(setting("ExposureTime"));
     std::optional<TriggerActivation> trigger_activation; ///< none: all edges that the line's source reports
-    ExposureMode exposure_mode = ExposureMode::timed;
-    double frame_rate_hz = 10;
     ReadoutTiming readout_timing = ReadoutTiming::sensor;
     std::int32_t rows_max = 0; ///< of composed images; 0: those that sensor and windows need
     /// Empty: one window by width, height and offsets.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/config/initial_camera.hpp"
 
+#include "core/camera/setting_table.hpp"
 #include "sync/settings.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 namespace obscura::emulator {
@@ -29,7 +29,7 @@ CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_ma
     limits.rows_max = std::max(rows_max, sensor.readout.height);
     limits.strict = sensor.readout.strict;
     limits.adc_bits = sensor.detector.adc_bits;
-    limits.black_level_max_dn = std::exp2(sensor.detector.adc_bits - 1);
+    limits.black_level_max_dn = max_black_level_dn(sensor.detector.adc_bits);
     limits.black_level_min_dn = std::min(0.0, sensor.detector.offset_dn);
     limits.temperature_c = sensor.detector.temperature_c;
     limits.overlapped = sensor.readout.overlapped;
@@ -39,7 +39,7 @@ CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_ma
 }
 
 std::size_t initial_trigger_line(const DaemonConfig& config) {
-    const std::size_t line = line_of(config.camera.trigger_source);
+    const std::size_t line = line_of(config.camera.settings.frame_trigger.source);
     return line < line_count ? line : 0;
 }
 

@@ -247,20 +247,18 @@ Answer CameraCalls::features(const Choice& choice) const {
     json rows = service::describe(keys);
     const json now = values_of(keys);
     const bool acquiring = chosen.acquiring();
-    std::size_t number = 0;
     for (json& row : rows) {
         const auto name = row["name"].get<std::string>();
+        const Setting& setting = *find_setting(name);
         row.erase("default");
         row["value"] = now.at(name);
-        row["category"] = category_of(name);
-        if (const config::Range& range = keys[number++].range();
-            std::isfinite(range.min) && std::isfinite(range.max)) {
-            row["min"] = range.min;
-            row["max"] = range.max;
+        row["category"] = setting.category;
+        if (const std::optional<SettingRange> range = setting.range_of(chosen.limits())) {
+            row["min"] = range->minimum;
+            row["max"] = range->maximum;
         }
-        if (const std::int64_t increment = increment_of(name, chosen.limits()); increment > 0)
-            row["increment"] = increment;
-        row["locked"] = acquiring && is_fixed_while_acquiring(name);
+        if (setting.increment != nullptr) row["increment"] = chosen.limits().*setting.increment;
+        row["locked"] = setting.is_locked(acquiring);
         if (row["locked"]) row["why"] = "not while it acquires";
     }
     return {{{"features", std::move(rows)}, {"readout", readout_of(chosen)}}};
@@ -300,7 +298,7 @@ Answer CameraCalls::set(const Set& set, const Work& work) const {
         service::read_values("camera.set", set.values, keys);
         const json asked = values_of(keys);
         for (const auto& [name, value] : asked.items()) {
-            if (value == before[name] || !chosen.acquiring() || !is_fixed_while_acquiring(name)) continue;
+            if (value == before[name] || !find_setting(name)->is_locked(chosen.acquiring())) continue;
             Failure failure = not_now(
                 fmt::format("camera.set: {} cannot change while the camera acquires", name), "camera.stop");
             failure.field = name;

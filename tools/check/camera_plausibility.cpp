@@ -20,7 +20,7 @@ double milliseconds(std::int64_t ns) {
 std::optional<double> period_ms(const emulator::DaemonConfig& config, const CameraSettings& settings) {
     if (!settings.frame_trigger.enabled)
         return settings.frame_rate_enabled ? std::optional(1000 / settings.frame_rate_hz) : std::nullopt;
-    if (line_of(config.camera.trigger_source) >= line_count) return std::nullopt;
+    if (line_of(config.camera.settings.frame_trigger.source) >= line_count) return std::nullopt;
     const sync::SourceKind* kind = config.trigger.lines[emulator::initial_trigger_line(config)].kind();
     if (kind == nullptr || kind->traits().group == sync::SourceGroup::simulator) return std::nullopt;
     const sync::RationalRate rate = emulator::nominal_trigger_rate(config);

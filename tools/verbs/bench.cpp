@@ -60,9 +60,9 @@ public:
         if (threads_ > 0) config.render.threads = threads_;
         config.trigger.lines[0].source = "timer";
         config.trigger.lines[0].rate_hz = rate_hz_;
-        config.camera.trigger_mode = true;
-        config.camera.trigger_source = TriggerSource::line0;
-        config.camera.pixel_format = PixelFormat::mono16;
+        config.camera.settings.frame_trigger.enabled = true;
+        config.camera.settings.frame_trigger.source = TriggerSource::line0;
+        config.camera.settings.pixel_format = PixelFormat::mono16;
         config.transports.get<transports::FileSinkSettings>().enabled = false;
         auto& gige = config.transports.get<transports::gige::GigeSettings>();
         gige.enabled = true;
@@ -122,7 +122,7 @@ private:
             render_ms.push_back(ms_since(start));
             render_s += render_ms.back() * 1e-3;
             const auto rendered = BenchClock::now();
-            imaging.detector->expose(plan, band, i, config.camera.gain_db, frame->pixels());
+            imaging.detector->expose(plan, band, i, config.camera.settings.gain_db, frame->pixels());
             detector_ms.push_back(ms_since(rendered));
             progress.done(i);
         }

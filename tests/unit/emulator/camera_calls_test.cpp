@@ -120,17 +120,26 @@ TEST_CASE("a write changes all that it names, or nothing, and tells what has cha
     CHECK(bench.refusal("camera.get", {{"names", {"Gian"}}}).field == "names");
 }
 
-TEST_CASE("settings have a category, and the image an increment") {
+TEST_CASE("camera.features has units, ranges, categories and locks of the setting table") {
     CallsBench bench;
-    CameraLimits limits;
-    limits.width_step = 4;
-    CHECK(increment_of("OffsetX", limits) == 4);
-    CHECK(increment_of("Gain", limits) == 0);
+    REQUIRE(bench.camera.acquisition_start());
     const json told = bench.ask("camera.features");
+    REQUIRE(told["features"].size() == camera_settings_table.size());
     for (const json& row : told["features"]) {
         INFO(row.dump());
-        CHECK(row["category"].get<std::string>().ends_with("Control"));
-        CHECK(row.contains("why") == row["locked"].get<bool>());
+        const Setting* const setting = find_setting(row["name"].get<std::string>());
+        REQUIRE(setting != nullptr);
+        CHECK(row.value("unit", "") == setting->unit);
+        CHECK(row["category"] == setting->category);
+        CHECK(row["help"].get<std::string>().starts_with(setting->help));
+        CHECK(row["locked"] == setting->is_locked(true));
+        CHECK(row.contains("why") == setting->is_locked(true));
+        CHECK(row.contains("increment") == (setting->unit == "px"));
+        const std::optional<SettingRange> range = setting->range_of(bench.camera.limits());
+        REQUIRE(row.contains("min") == range.has_value());
+        if (!range) continue;
+        CHECK(row["min"] == range->minimum);
+        CHECK(row["max"] == range->maximum);
     }
     const ReadoutAnswer answer = bench.camera.readout(bench.camera.settings());
     const double period_us = static_cast<double>(answer.frame_period_ns) / 1e3;

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Getters and setters for rows of the feature table that show a member of the camera's settings or limits.
+// Rows of the feature table for camera settings and limits: completion from the setting table, getters,
+// setters.
 #pragma once
 
+#include "core/camera/setting_table.hpp"
+#include "core/text/enum_names.hpp"
 #include "transports/gige/device/device_context.hpp"
 #include "transports/gige/device/feature_table.hpp"
 #include "transports/gige/registers/feature.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 #include <type_traits>
@@ -23,6 +28,20 @@ constexpr std::uint32_t value(T v) {
 template<typename T>
 constexpr FeatureEntry entry(std::string_view name, T v) {
     return {.name = name, .value = value(v)};
+}
+/// An enumerator under its own name. `available`: formula; `base` is added to its number.
+template<NamedEnum Enum>
+constexpr FeatureEntry entry(Enum v, std::string_view available = {}, std::uint32_t base = 0) {
+    return {.name = name_of(v), .value = value(v) + base, .available = available};
+}
+/// All enumerators in the order of their names.
+template<NamedEnum Enum>
+constexpr auto entries_of() {
+    constexpr auto names = enum_names(Enum{});
+    std::array<FeatureEntry, names.size()> entries{};
+    std::transform(names.begin(), names.end(), entries.begin(),
+                   [](const EnumName<Enum>& row) { return entry(row.value); });
+    return entries;
 }
 
 inline constexpr std::array off_on{entry("Off", 0), entry("On", 1)};
@@ -51,16 +70,57 @@ void decode(const Feature& f, std::uint32_t word, T& v) {
     }
 }
 
-/// `member` of CameraSettings.
-template<auto member>
-std::uint64_t get_setting(const Feature& f, DeviceContext& d, std::uint32_t /*index*/) {
-    return encode(f, d.control.settings().*member);
+/// The row's setting.
+inline std::uint64_t get_row_setting(const Feature& f, DeviceContext& d, std::uint32_t /*index*/) {
+    const SettingMember& member = f.setting->member;
+    const double value = member.get(d.control.settings());
+    if (member.is_duration) return duration_to_word(f, std::llround(value * ns_per_setting_unit));
+    return member.type == SettingType::floating ? to_word(f, value) : static_cast<std::uint32_t>(value);
 }
-template<auto member>
-Status set_setting(const Feature& f, DeviceContext& d, std::uint32_t /*index*/, std::uint32_t word) {
+inline Status set_row_setting(const Feature& f, DeviceContext& d, std::uint32_t /*index*/,
+                              std::uint32_t word) {
     CameraSettings wanted = d.control.settings();
-    decode(f, word, wanted.*member);
+    const SettingMember& member = f.setting->member;
+    const double value = member.is_duration
+                             ? static_cast<double>(duration_from_word(f, word)) / ns_per_setting_unit
+                             : from_word(f, word);
+    member.set(wanted, member.type == SettingType::floating ? value : word);
     return apply_settings(d, wanted);
+}
+/// Limits of the row's setting in this camera; the shortest duration is rounded up, so that the word is
+/// valid.
+inline std::uint64_t get_row_minimum(const Feature& f, DeviceContext& d, std::uint32_t /*index*/) {
+    const double minimum = f.setting->range_of(d.limits)->minimum;
+    if (!f.setting->member.is_duration) return to_word(f, minimum);
+    return duration_to_word(f, std::llround(minimum * ns_per_setting_unit) + duration_from_word(f, 1) - 1);
+}
+inline std::uint64_t get_row_maximum(const Feature& f, DeviceContext& d, std::uint32_t /*index*/) {
+    const double maximum = f.setting->range_of(d.limits)->maximum;
+    if (!f.setting->member.is_duration) return to_word(f, maximum);
+    return duration_to_word(f, std::llround(maximum * ns_per_setting_unit));
+}
+
+/// `row` completed by what the setting table says of the setting that it names: type, unit, tooltip, range,
+/// lock. The row keeps what it says itself, which is what only GenICam has; limits that depend on the camera
+/// need its addresses. Getters and setters that it lacks are those of the setting.
+consteval Feature of_setting(Feature row) {
+    const Setting& setting = obscura::setting(row.name);
+    constexpr std::array types{FeatureType::integer, FeatureType::floating, FeatureType::boolean,
+                               FeatureType::enumeration}; // as SettingType
+    row.setting = &setting;
+    row.type = types[static_cast<std::size_t>(setting.member.type)];
+    row.unit = setting.unit;
+    row.tooltip = setting.help;
+    if (setting.range) {
+        row.minimum = fixed(setting.range->minimum);
+        row.maximum = fixed(setting.range->maximum);
+    }
+    if (row.minimum.address != 0 && row.minimum.get == nullptr) row.minimum.get = get_row_minimum;
+    if (row.maximum.address != 0 && row.maximum.get == nullptr) row.maximum.get = get_row_maximum;
+    if (setting.lock == SettingLock::streaming) row.lock = FeatureLock::streaming;
+    if (row.get == nullptr) row.get = get_row_setting;
+    if (row.set == nullptr) row.set = set_row_setting;
+    return row;
 }
 
 /// `member` of CameraLimits.

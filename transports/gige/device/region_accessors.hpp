@@ -2,7 +2,6 @@
 // Getters and setters for rows of the feature table that show a region, the image it is part of, or binning.
 #pragma once
 
-#include "core/camera/setting_ranges.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/region_binning.hpp"
 #include "transports/gige/device/regions.hpp"
@@ -113,7 +112,8 @@ inline Status set_region_sampling(const Feature& f, DeviceContext& d, std::uint3
     decode(f, word, w.sampling);
     // Set a number of reads that the sampling allows, as the client cannot write both at once.
     const SettingRange range = reads_range(w.sampling);
-    w.reads = std::clamp(w.reads, range.minimum, range.maximum);
+    w.reads = std::clamp(w.reads, static_cast<std::int32_t>(range.minimum),
+                         static_cast<std::int32_t>(range.maximum));
     return write_region(d, i, w, d.regions[i].enabled);
 }
 

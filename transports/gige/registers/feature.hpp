@@ -2,6 +2,7 @@
 // One row of the GenICam feature table: SFNC name, register, unit, range, getter and setter.
 #pragma once
 
+#include "core/camera/setting.hpp"
 #include "transports/gige/registers/register_bank.hpp"
 #include "transports/gige/wire/chunk.hpp"
 
@@ -37,7 +38,7 @@ struct FeatureBound {
     std::optional<double> fixed = {};
     std::string_view held_by = {}; ///< the feature or formula that holds it
     std::uint32_t address = 0;     ///< a register of its own, read-only, scaled as the feature's
-    GetFeature get = nullptr;      ///< of that register
+    GetFeature get = nullptr;      ///< of that register; null: that of the row's setting
     bool cached = true;            ///< that register never changes
 
     [[nodiscard]] constexpr bool given() const {
@@ -50,7 +51,7 @@ constexpr FeatureBound fixed(double value) {
 constexpr FeatureBound held_by(std::string_view name) {
     return {.held_by = name};
 }
-constexpr FeatureBound in_register(std::uint32_t address, GetFeature get) {
+constexpr FeatureBound in_register(std::uint32_t address, GetFeature get = nullptr) {
     return {.address = address, .get = get};
 }
 /// As in_register(), for a limit that depends on other settings.
@@ -104,6 +105,8 @@ enum class FeatureLock : std::uint8_t {
 /// what is written.
 struct Feature {
     std::string_view name; ///< of SFNC, or of an unlisted helper
+    /// Row of the setting table that this one is completed from, see of_setting().
+    const Setting* setting = nullptr;
     FeatureType type = FeatureType::integer;
     bool custom = false; ///< not in SFNC
     bool listed = true;  ///< false: a register or formula that other rows refer to

@@ -534,8 +534,8 @@ enabled = false
         REQUIRE(cameras.size() == 3);
         const emulator::DaemonConfig &a = *cameras[0], &b = *cameras[1], &c = *cameras[2];
         CHECK(a.several);
-        CHECK(a.camera.gain_db == 3);
-        CHECK(b.camera.gain_db == 0);
+        CHECK(a.camera.settings.gain_db == 3);
+        CHECK(b.camera.settings.gain_db == 0);
         CHECK(gige_of(a).serial == "A");
         CHECK(gige_of(a).mac == "02:00:00:00:00:0a");
         CHECK(gige_of(b).packet_size == 8000);
