@@ -208,7 +208,7 @@ std::string cosmos_item(const FieldInfo& field) {
 std::string cosmos_parameter(const FieldInfo& field) {
     const double most = field.states.empty() ? field.most : static_cast<double>(field.states.size() - 1);
     return fmt::format("  APPEND_PARAMETER {} {} {} {} {} {} \"{}\"\n{}", field.name, bits_of(field.type),
-                       cosmos_type(field.type), field.least, most, field.least, field.help,
+                       cosmos_type(field.type), field.least, most, field.initial, field.help,
                        cosmos_details(field));
 }
 

@@ -47,6 +47,7 @@ struct FieldInfo {
     std::string_view help;
     std::span<const FieldState> states{}; ///< empty: a number
     double least = 0, most = 0;           ///< of an argument of a command that is a number
+    double initial = 0;                   ///< of an argument of a command
 };
 
 /// One kind of packet with its fields behind the secondary header.

@@ -65,7 +65,9 @@ std::string packet_page(std::uint16_t first_apid) {
     for (const PacketInfo& packet : telecommand_packets()) {
         std::string arguments;
         for (const FieldInfo& field : packet.fields) {
-            arguments += fmt::format("`{}` {} {}", field.name, type_name(field.type), field.unit);
+            const std::string range =
+                field.states.empty() ? fmt::format("{} to {} ", field.least, field.most) : std::string();
+            arguments += fmt::format("`{}` {} {}{}", field.name, type_name(field.type), range, field.unit);
             for (const FieldState& state : field.states)
                 arguments += fmt::format("{}{}: `{}`", &state == field.states.data() ? "" : ", ", state.value,
                                          state.name);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/packets/telecommands.hpp"
 
+#include "core/camera/setting_table.hpp"
 #include "instrument/packets/space_packet.hpp"
 
 #include <algorithm>
@@ -24,16 +25,49 @@ constexpr std::array<FieldState, 10> results{{{0, "DONE"},
 constexpr std::array<FieldState, 5> sources{
     {{0, "SOFTWARE"}, {1, "LINE0"}, {2, "LINE1"}, {3, "LINE2"}, {4, "LINE3"}}};
 /// SFNC names of those.
-constexpr std::array<std::string_view, sources.size()> source_words{"Software", "Line0", "Line1", "Line2",
-                                                                    "Line3"};
+constexpr std::array source_words{name_of(TriggerSource::software), name_of(TriggerSource::line0),
+                                  name_of(TriggerSource::line1), name_of(TriggerSource::line2),
+                                  name_of(TriggerSource::line3)};
+static_assert(source_words.size() == sources.size());
 
 constexpr std::array<FieldInfo, 2> header_of_telecommands{
     {{"FUNCTION", FieldType::u8, "", "What is to be done"},
      {"CAMERA", FieldType::u8, "", "Number of the camera, from 0", {}, 0, 255}}};
 
-/// Features of the functions, by number; empty: none.
-constexpr std::array<std::string_view, 9> features{
-    "", "", "", "", "ExposureTime", "Gain", "BlackLevel", "AcquisitionFrameRate", "TriggerSource"};
+/// A command that sets a camera setting.
+struct SettingCommand {
+    CommandFunction function;
+    std::string_view name, argument; ///< as ground systems have them
+    const Setting& setting;
+    std::string_view help;
+    std::span<const FieldState> states{};
+};
+constexpr std::array setting_commands{
+    SettingCommand{CommandFunction::set_exposure, "SET_EXPOSURE", "EXPOSURE", setting("ExposureTime"),
+                   "Sets ExposureTime"},
+    SettingCommand{CommandFunction::set_gain, "SET_GAIN", "GAIN", setting("Gain"), "Sets Gain"},
+    SettingCommand{CommandFunction::set_black_level, "SET_BLACK_LEVEL", "BLACK_LEVEL", setting("BlackLevel"),
+                   "Sets BlackLevel"},
+    SettingCommand{CommandFunction::set_frame_rate, "SET_FRAME_RATE", "FRAME_RATE",
+                   setting("AcquisitionFrameRate"), "Sets AcquisitionFrameRate"},
+    SettingCommand{CommandFunction::set_trigger_source, "SET_TRIGGER_SOURCE", "SOURCE",
+                   setting("TriggerSource"), "Sets TriggerSource", sources},
+};
+
+PacketInfo packet_of(const SettingCommand& command) {
+    FieldInfo field{command.argument, command.states.empty() ? FieldType::f64 : FieldType::u8,
+                    command.setting.unit, command.setting.help, command.states};
+    const double initial = default_of(command.setting);
+    if (const std::optional<SettingRange> range = widest_range(command.setting)) {
+        field.least = range->minimum;
+        field.most = range->maximum;
+        field.initial = initial;
+    } else {
+        for (std::size_t i = 0; i < command.states.size(); ++i)
+            if (command.setting.word_of(initial) == source_words[i]) field.initial = command.states[i].value;
+    }
+    return {command.name, command.help, static_cast<std::uint8_t>(command.function), {field}};
+}
 
 } // namespace
 
@@ -48,35 +82,20 @@ std::span<const FieldInfo> telecommand_header() {
 const std::vector<PacketInfo>& telecommand_packets() {
     using F = CommandFunction;
     const auto number = [](F function) { return static_cast<std::uint8_t>(function); };
-    static const std::vector<PacketInfo> packets{
-        {"NO_OPERATION", "Is answered with a command report", number(F::no_operation), {}},
-        {"START", "Starts the acquisition", number(F::start), {}},
-        {"STOP", "Stops the acquisition; the frame in progress is finished", number(F::stop), {}},
-        {"TRIGGER",
-         "Triggers a frame of TriggerSource Software; reported when its last row has left",
-         number(F::trigger),
-         {}},
-        {"SET_EXPOSURE",
-         "Sets ExposureTime",
-         number(F::set_exposure),
-         {{"EXPOSURE", FieldType::f64, "us", "Exposure time", {}, 1, 1e7}}},
-        {"SET_GAIN",
-         "Sets Gain",
-         number(F::set_gain),
-         {{"GAIN", FieldType::f64, "dB", "Gain of the amplifier", {}, 0, 48}}},
-        {"SET_BLACK_LEVEL",
-         "Sets BlackLevel",
-         number(F::set_black_level),
-         {{"BLACK_LEVEL", FieldType::f64, "DN", "Digital number of a dark pixel", {}, 0, 65535}}},
-        {"SET_FRAME_RATE",
-         "Sets AcquisitionFrameRate, the rate of the free run",
-         number(F::set_frame_rate),
-         {{"FRAME_RATE", FieldType::f64, "Hz", "Frame rate", {}, 0, 1e6}}},
-        {"SET_TRIGGER_SOURCE",
-         "Sets TriggerSource",
-         number(F::set_trigger_source),
-         {{"SOURCE", FieldType::u8, "", "Source of the trigger", sources}}},
-    };
+    static const std::vector<PacketInfo> packets = [&] {
+        std::vector<PacketInfo> all{
+            {"NO_OPERATION", "Is answered with a command report", number(F::no_operation), {}},
+            {"START", "Starts the acquisition", number(F::start), {}},
+            {"STOP", "Stops the acquisition; the frame in progress is finished", number(F::stop), {}},
+            {"TRIGGER",
+             "Triggers a frame of TriggerSource Software; reported when its last row has left",
+             number(F::trigger),
+             {}},
+        };
+        for (const SettingCommand& command : setting_commands)
+            all.push_back(packet_of(command));
+        return all;
+    }();
     return packets;
 }
 
@@ -109,7 +128,8 @@ std::optional<Telecommand> read_telecommand(std::span<const std::uint8_t> datagr
         }
     }
     if (place != data.size()) return command;
-    command.feature = features[command.function];
+    for (const SettingCommand& row : setting_commands)
+        if (static_cast<std::uint8_t>(row.function) == command.function) command.feature = row.setting.name;
     command.result = CommandResult::done;
     return command;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of a camera: features by their SFNC names, short ones, acquisition, trigger, counters.
+#include "core/camera/setting_table.hpp"
 #include "core/text/suggestion.hpp"
 #include "instrument/scpi/commands.hpp"
 #include "instrument/scpi/errors.hpp"
@@ -145,26 +146,38 @@ std::string latency_names(const ScpiCall& call) {
     return fmt::format("{}", fmt::join(names, ","));
 }
 
-/// A row that sets and asks for one feature that is a word, or on and off.
-Command word_command(std::string_view header, std::string_view feature, std::string_view parameters,
-                     std::string_view help) {
-    return {.header = header,
-            .parameters = parameters,
-            .help = help,
-            .set = set_short,
-            .query = query_short,
-            .changes_camera = true,
-            .least = 1,
-            .most = 1,
-            .feature = feature};
+/// What the setting may be, in SI units: "<0 to 24 dB>", "<Off, Once or Continuous>".
+std::string parameters_of(const Setting& setting) {
+    if (setting.member.type == SettingType::boolean) return "<ON or OFF>";
+    if (const std::optional<SettingRange> range = widest_range(setting)) {
+        const BaseUnit base = base_unit_of(setting.unit);
+        return fmt::format("<{} to {}{}{}>", number_text(range->minimum / base.per_unit),
+                           number_text(range->maximum / base.per_unit), base.name.empty() ? "" : " ",
+                           base.name);
+    }
+    std::string words;
+    for (const SettingWord& word : setting.member.words) {
+        const bool last = &word == &setting.member.words.back();
+        words += fmt::format("{}{}", words.empty() ? "" : last ? " or " : ", ", word.name);
+    }
+    return fmt::format("<{}>", words);
 }
 
-/// One that is a number, in SI units.
-Command number_command(std::string_view header, std::string_view feature, std::string_view parameters,
-                       std::string_view help) {
-    Command row = word_command(header, feature, parameters, help);
-    row.query_most = 1;
-    row.query_parameters = "[MINimum or MAXimum]";
+/// A row that sets and asks for one camera setting by a header of SCPI, numbers in SI units.
+Command setting_command(std::string_view header, const Setting& setting) {
+    Command row{.header = header,
+                .parameters = parameters_of(setting),
+                .help = help_with_lock(setting),
+                .set = set_short,
+                .query = query_short,
+                .changes_camera = true,
+                .least = 1,
+                .most = 1,
+                .feature = setting.name};
+    if (setting.range_of({})) {
+        row.query_most = 1;
+        row.query_parameters = "[MINimum or MAXimum]";
+    }
     return row;
 }
 
@@ -179,7 +192,6 @@ Command about_feature(std::string_view header, std::string_view help, ScpiHandle
 }
 
 std::vector<Command> feature_commands() {
-    constexpr std::string_view word = "<word>";
     return {
         {.header = "[CAMera#:]FEATure",
          .parameters = "\"<name>\",<value>",
@@ -201,25 +213,20 @@ std::vector<Command> feature_commands() {
                       [](const ScpiCall& call) {
                           return string_data(feature_named(call, string_of(call.parameters[0])).unit);
                       }),
-        number_command("[CAMera#:]EXPosure[:TIME]", "ExposureTime", "<time in s>", "Exposure time"),
-        word_command("[CAMera#:]EXPosure:MODE", "ExposureMode", word, "Timed or TriggerWidth"),
-        word_command("[CAMera#:]EXPosure:AUTO", "ExposureAuto", word, "Off, Once or Continuous"),
-        number_command("[CAMera#:]GAIN", "Gain", "<gain in dB>", "Gain of the amplifier"),
-        number_command("[CAMera#:]BLACk[:LEVel]", "BlackLevel", "<DN>", "Digital number of a dark pixel"),
-        number_command("[CAMera#:]FRAMe:RATE", "AcquisitionFrameRate", "<rate in Hz>",
-                       "Frame rate of the free run"),
-        word_command("[CAMera#:]FRAMe:RATE:ENABle", "AcquisitionFrameRateEnable", "ON or OFF",
-                     "Whether that rate holds; else the free run has the sensor's highest"),
-        number_command("[CAMera#:]IMAGe:WIDTh", "Width", "<px>", "Width; not during acquisition"),
-        number_command("[CAMera#:]IMAGe:HEIGht", "Height", "<px>", "Height; not during acquisition"),
-        word_command("[CAMera#:]IMAGe:PATTern", "TestPattern", word, "Picture in place of the scene"),
-        word_command("[CAMera#:]TRIGger[:SEQuence]:MODE", "TriggerMode", word, "On, or Off: free run"),
-        word_command("[CAMera#:]TRIGger[:SEQuence]:SOURce", "TriggerSource", word,
-                     "Software, for *TRG; Line0, driven by [trigger] of the daemon; or another one"),
-        word_command("[CAMera#:]TRIGger[:SEQuence]:ACTivation", "TriggerActivation", word,
-                     "RisingEdge or another edge of the line"),
-        number_command("[CAMera#:]TRIGger[:SEQuence]:DELay", "TriggerDelay", "<time in s>",
-                       "From the trigger to the beginning of the frame"),
+        setting_command("[CAMera#:]EXPosure[:TIME]", setting("ExposureTime")),
+        setting_command("[CAMera#:]EXPosure:MODE", setting("ExposureMode")),
+        setting_command("[CAMera#:]EXPosure:AUTO", setting("ExposureAuto")),
+        setting_command("[CAMera#:]GAIN", setting("Gain")),
+        setting_command("[CAMera#:]BLACk[:LEVel]", setting("BlackLevel")),
+        setting_command("[CAMera#:]FRAMe:RATE", setting("AcquisitionFrameRate")),
+        setting_command("[CAMera#:]FRAMe:RATE:ENABle", setting("AcquisitionFrameRateEnable")),
+        setting_command("[CAMera#:]IMAGe:WIDTh", setting("Width")),
+        setting_command("[CAMera#:]IMAGe:HEIGht", setting("Height")),
+        setting_command("[CAMera#:]IMAGe:PATTern", setting("TestPattern")),
+        setting_command("[CAMera#:]TRIGger[:SEQuence]:MODE", setting("TriggerMode")),
+        setting_command("[CAMera#:]TRIGger[:SEQuence]:SOURce", setting("TriggerSource")),
+        setting_command("[CAMera#:]TRIGger[:SEQuence]:ACTivation", setting("TriggerActivation")),
+        setting_command("[CAMera#:]TRIGger[:SEQuence]:DELay", setting("TriggerDelay")),
     };
 }
 

@@ -44,8 +44,8 @@ using ScpiHandler = std::string (*)(const ScpiCall& call);
 
 /// One row of the table.
 struct Command {
-    std::string_view header;       ///< "[CAMera#:]EXPosure[:TIME]", "*IDN"
-    std::string_view parameters{}; ///< of the command, for people; empty: none
+    std::string_view header;  ///< "[CAMera#:]EXPosure[:TIME]", "*IDN"
+    std::string parameters{}; ///< of the command, for people; empty: none
     std::string_view help{};
     ScpiHandler set = nullptr;                   ///< null: there is a query only
     ScpiHandler query = nullptr;                 ///< null: there is no query

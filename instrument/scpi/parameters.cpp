@@ -9,11 +9,13 @@
 #include <fmt/format.h>
 #include <strings.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 namespace obscura::instrument {
 namespace {
@@ -41,10 +43,8 @@ const UnitRow* unit_named(std::string_view name) {
     return nullptr;
 }
 
-/// How many of the feature's unit make one SI unit: 1e6 for us. Whole, so that decimal numbers stay exact.
 double per_base_unit(const Feature& feature) {
-    const UnitRow* const unit = unit_named(feature.unit);
-    return unit == nullptr ? 1 : std::round(1 / unit->factor);
+    return base_unit_of(feature.unit).per_unit;
 }
 
 double number_for(const Feature& feature, const Parameter& parameter, PlainNumbers numbers) {
@@ -115,6 +115,16 @@ std::string choice_of(const Feature& feature, const std::string& given) {
 }
 
 } // namespace
+
+BaseUnit base_unit_of(std::string_view unit) {
+    const UnitRow* const own = unit_named(unit);
+    if (own == nullptr) return {unit, 1};
+    constexpr std::array<std::pair<char, std::string_view>, 3> bases{{{'t', "s"}, {'f', "Hz"}, {'g', "dB"}}};
+    const auto* const base =
+        std::find_if(bases.begin(), bases.end(), [&](const auto& row) { return row.first == own->quantity; });
+    // Whole, so that decimal numbers stay exact.
+    return {base->second, std::round(1 / own->factor)};
+}
 
 std::uint32_t integer_of(const Parameter& parameter, std::uint32_t most) {
     if (parameter.kind != Parameter::Kind::number) throw ScpiError(ScpiCode::data_type_error, parameter.text);

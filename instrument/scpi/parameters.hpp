@@ -22,6 +22,14 @@ enum class PlainNumbers : std::uint8_t {
     base_unit,    ///< in the SI unit, as SCPI has it
 };
 
+/// SI unit of a quantity and how many of the feature's unit make one: 1e6 for us.
+struct BaseUnit {
+    std::string_view name;
+    double per_unit;
+};
+/// A unit that SCPI has no suffix for is its own base unit.
+[[nodiscard]] BaseUnit base_unit_of(std::string_view unit);
+
 /// The value of `parameter` for a feature, MINimum and MAXimum included. Throws ScpiError.
 [[nodiscard]] FeatureValue value_for(const Feature& feature, const Parameter& parameter,
                                      PlainNumbers numbers);

@@ -23,7 +23,8 @@ std::string scpi_reference() {
         "are for is in [instrument.md](../instrument.md).\nCapitals are the short form, what stands in "
         "brackets may be left out, `#` is the number of the camera from 1 on, 1 if it is left "
         "out.\n\n| command | query | |\n| --- | --- | --- |\n";
-    for (const Command& row : CommandTable().rows())
+    const CommandTable table;
+    for (const Command& row : table.rows())
         page +=
             fmt::format("| {} | {} | {} |\n", row.set == nullptr ? "" : cell(row.header, "", row.parameters),
                         row.query == nullptr ? "" : cell(row.header, "?", row.query_parameters), row.help);
