@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/metrics_text.hpp"
 
+#include "core/camera/camera_counters.hpp"
 #include "core/realtime/latency_histogram.hpp"
 
 #include <fmt/format.h>
@@ -52,7 +53,7 @@ std::string text_at(const Json& json, const char* pointer) {
 /// Families in the order of their first sample, each with all of its samples, as the format wants them.
 class Exposition {
 public:
-    /// `type`: "counter", "gauge" or "histogram".
+    /// `type`: name of a MetricType.
     void declare(std::string_view name, std::string_view type, std::string_view help) {
         for (const Family& family : families_)
             if (family.name == name) return;
@@ -61,6 +62,7 @@ public:
              fmt::format("# HELP obscura_{0} {1}\n# TYPE obscura_{0} {2}\n", name, help, type),
              {}});
     }
+    void declare(const Metric& metric) { declare(metric.family, name_of(metric.type), metric.help); }
     void add(std::string_view family, std::string_view suffix, const Labels& labels, const Json& value) {
         if (!value.is_number() && !value.is_boolean()) return;
         const std::string number = value.is_boolean()        ? value.get<bool>() ? "1" : "0"
@@ -85,98 +87,25 @@ private:
     std::vector<Family> families_;
 };
 
-/// One number of a camera. Rows of one family stand together; their help is that of the first.
-struct CameraNumber {
-    std::string_view family, type, help;
-    std::string_view label, label_value; ///< empty: none
-    const char* pointer;                 ///< in the camera's object
-};
-
-constexpr std::array camera_numbers{
-    CameraNumber{"triggers_total", "counter", "Trigger edges while acquiring, by what became of them.",
-                 "outcome", "frame", "/camera/frames"},
-    CameraNumber{"triggers_total", "", "", "outcome", "missed", "/camera/missed_triggers"},
-    CameraNumber{"triggers_total", "", "", "outcome", "masked", "/camera/masked_triggers"},
-    CameraNumber{"triggers_total", "", "", "outcome", "dropped", "/camera/dropped"},
-    CameraNumber{"triggers_seen_total", "counter",
-                 "Trigger edges while acquiring, that in progress included.", "", "", "/camera/triggers"},
-    CameraNumber{"triggers_ignored_total", "counter",
-                 "Trigger edges while not acquiring, or from a source that is not selected.", "", "",
-                 "/camera/ignored"},
-    CameraNumber{"triggers_latched_total", "counter", "Trigger edges that waited for the camera.", "", "",
-                 "/camera/latched_triggers"},
-    CameraNumber{"triggers_refused_total", "counter", "Messages of the trigger source that were no triggers.",
-                 "", "", "/trigger/refused"},
-    CameraNumber{"frames_total", "counter", "Frames, by what became of them.", "outcome", "complete",
-                 "/camera/complete"},
-    CameraNumber{"frames_total", "", "", "outcome", "abandoned", "/camera/abandoned"},
-    CameraNumber{"frames_unsent_total", "counter",
-                 "Frames that no transport took: none had a receiver, or room. Viewers may have seen them.",
-                 "", "", "/camera/unsent"},
-    CameraNumber{"frames_late_total", "counter", "Complete frames with rows that were not ready in time.", "",
-                 "", "/camera/late"},
-    CameraNumber{"rows_late_total", "counter", "Rows that were not ready in time.", "", "",
-                 "/camera/late_rows"},
-    CameraNumber{"frames_stalled_total", "counter",
-                 "Frames with rows that were ready in time and left more than a millisecond late.", "", "",
-                 "/camera/stalled"},
-    CameraNumber{"rows_stalled_total", "counter",
-                 "Rows that were ready in time and left more than a millisecond late.", "", "",
-                 "/camera/stalled_rows"},
-    CameraNumber{"frames_repeated_total", "counter", "Late frames replaced by the one before.", "", "",
-                 "/camera/repeated"},
-    CameraNumber{"frames_partial_total", "counter", "Late frames ended early.", "", "", "/camera/partial"},
-    CameraNumber{"frames_late_dropped_total", "counter", "Late frames that were not sent.", "", "",
-                 "/camera/late_dropped"},
-    CameraNumber{"frames_degraded_total", "counter", "Frames rendered below full quality to be in time.", "",
-                 "", "/camera/quality/degraded"},
-    CameraNumber{"frames_tiles_missing_total", "counter",
-                 "Frames with coarser cells of terrain than asked for, because tiles were missing.", "", "",
-                 "/camera/lod_deficit/frames"},
-    CameraNumber{"acquiring", "gauge", "1 while the acquisition runs.", "", "", "/acquiring"},
-    CameraNumber{"trigger_ready", "gauge", "1 while a trigger would be accepted.", "", "", "/trigger_ready"},
-    CameraNumber{"frame_age_seconds", "gauge",
-                 "Time since the last complete frame of this acquisition, to a tenth of a second; not where "
-                 "frames come on request.",
-                 "", "", "/last_frame/age_s"},
-    CameraNumber{"frame_overdue_seconds", "gauge",
-                 "Age from which the next frame is overdue: three times the longest gap of the last minute, "
-                 "2 s at least.",
-                 "", "", "/last_frame/overdue_s"},
-    CameraNumber{"simulator_connections_total", "counter", "Connections to the simulator port.", "", "",
-                 "/simulator/connections"},
-    CameraNumber{"simulator_lines_total", "counter",
-                 "Lines to the simulator port, by what they were; those refused with connections.", "kind",
-                 "pose", "/simulator/poses"},
-    CameraNumber{"simulator_lines_total", "", "", "kind", "step", "/simulator/steps"},
-    CameraNumber{"simulator_lines_total", "", "", "kind", "refused", "/simulator/refused"},
-    CameraNumber{"last_frame_id", "gauge", "Number of the last frame.", "", "", "/frame_id"},
-};
-
-constexpr std::array<std::pair<std::string_view, std::string_view>, 3> latencies{
-    {{"trigger_to_first_row", "From the trigger edge to the release of the first row."},
-     {"trigger_to_last_row", "From the trigger edge to the release of the last row."},
-     {"release_lateness", "From the time of a row that was ready to its release."}}};
-constexpr std::array<std::pair<std::string_view, std::string_view>, 3> stages{
-    {{"trigger_seen", "From the trigger edge until the camera has seen it."},
-     {"render", "Of the renderer, from the first to the last row of a frame."},
-     {"detector", "From the last rendered row until the detector has made the last one."}}};
 constexpr std::array clock_states{"free", "locked", "holdover", "lockstep"};
 
-/// Counters of the GigE transport that have families of their own. Rows of one family stand together.
-constexpr std::array gige_numbers{
-    CameraNumber{"gige_packets_total", "counter", "Stream packets; those sent include those sent again.",
-                 "kind", "sent", "packets"},
-    CameraNumber{"gige_packets_total", "", "", "kind", "resent", "resent_packets"},
-    CameraNumber{"gige_packets_total", "", "", "kind", "withheld", "injected_losses"},
-    CameraNumber{"gige_packets_total", "", "", "kind", "error", "send_errors"},
-    CameraNumber{"gige_resend_requests_total", "counter", "Requests of clients for packets once more.", "",
-                 "", "resend_requests"},
-    CameraNumber{"gige_control_taken_total", "counter", "Times that a client took control of the camera.", "",
-                 "", "control_taken"},
-    CameraNumber{"gige_control_lost_total", "counter",
-                 "Clients that lost control because they had been silent too long.", "", "", "control_lost"},
-};
+Pointer pointer_of(const Metric& metric) {
+    return Pointer(metric.group.empty() ? fmt::format("/{}", metric.name)
+                                        : fmt::format("/{}/{}", metric.group, metric.name));
+}
+
+/// The numbers of a camera that stand in its state.
+template<typename Rows>
+void add_numbers(Exposition& out, const Rows& rows, const Labels& labels, const Json& camera) {
+    for (const Metric& row : rows) {
+        if (row.family.empty()) continue;
+        out.declare(row);
+        if (const Pointer at = pointer_of(row); camera.contains(at))
+            out.add(row.family, "",
+                    row.label.empty() ? labels : with(labels, row.label, std::string(row.label_value)),
+                    camera[at]);
+    }
+}
 
 struct ThreadFigures {
     double cpu_s = 0;
@@ -195,7 +124,7 @@ std::map<std::string, ThreadFigures> by_name(const Json& threads) {
 }
 
 /// A histogram as `obscurad --stats` writes it, in seconds.
-void add_histogram(Exposition& out, const std::string& family, const Labels& labels, const Json& figures) {
+void add_histogram(Exposition& out, std::string_view family, const Labels& labels, const Json& figures) {
     if (!figures.contains("up_to") || figures["up_to"].size() != latency_bounds_us.size() ||
         !figures.contains("count"))
         return;
@@ -209,16 +138,11 @@ void add_histogram(Exposition& out, const std::string& family, const Labels& lab
 }
 
 void add_latencies(Exposition& out, const Labels& labels, const Json& camera) {
-    const auto add = [&](const char* group, const auto& rows) {
-        for (const auto& [name, help] : rows) {
-            const std::string family = fmt::format("{}_seconds", name);
-            out.declare(family, "histogram", help);
-            if (const Pointer at(fmt::format("/{}/{}", group, name)); camera.contains(at))
-                add_histogram(out, family, labels, camera[at]);
-        }
-    };
-    add("latency_us", latencies);
-    add("stages_us", stages);
+    for (const Metric& metric : latency_metrics) {
+        out.declare(metric);
+        if (const Pointer at = pointer_of(metric); camera.contains(at))
+            add_histogram(out, metric.family, labels, camera[at]);
+    }
     const Pointer transports("/stages_us/first_byte");
     if (!camera.contains(transports) || camera[transports].empty()) return;
     const std::string family = "trigger_to_first_byte_seconds";
@@ -229,13 +153,6 @@ void add_latencies(Exposition& out, const Labels& labels, const Json& camera) {
 
 /// Commands, packets and injected faults of a GigE Vision camera.
 void add_gige(Exposition& out, const Labels& labels, const Json& counters) {
-    for (const CameraNumber& row : gige_numbers) {
-        if (!row.type.empty()) out.declare(row.family, row.type, row.help);
-        if (counters.contains(row.pointer))
-            out.add(row.family, "",
-                    row.label.empty() ? labels : with(labels, row.label, std::string(row.label_value)),
-                    counters[row.pointer]);
-    }
     out.declare("gige_commands_received_total", "counter", "Datagrams that came to the control port.");
     out.declare(
         "gige_commands_total", "counter",
@@ -265,10 +182,13 @@ void add_transports(Exposition& out, const Labels& labels, const Json& camera) {
     for (const auto& [kind, counters] : camera["transports"].items()) {
         const Labels of = with(labels, "transport", kind);
         const bool gige = kind == "gige";
-        if (gige) add_gige(out, labels, counters);
+        if (gige) {
+            add_numbers(out, gige_metrics, labels, camera);
+            add_gige(out, labels, counters);
+        }
         for (const auto& [name, value] : counters.items()) {
-            const auto is = [&key = name](const CameraNumber& row) { return row.pointer == key; };
-            if (gige && std::any_of(gige_numbers.begin(), gige_numbers.end(), is)) continue;
+            const auto is = [&key = name](const Metric& row) { return row.name == key; };
+            if (gige && std::any_of(gige_metrics.begin(), gige_metrics.end(), is)) continue;
             if (name == "delivered" || name == "dropped")
                 out.add("transport_frames_total", "", with(of, "outcome", name), value);
             else if (name == "bytes")
@@ -301,17 +221,9 @@ void add_camera(Exposition& out, const Labels& labels, const Json& camera) {
     out.declare("camera_bad", "gauge",
                 "1 while the verdict on the last minute is that something is not good.");
     out.add("camera_bad", "", labels, text_at(camera, "/verdict/health") == "bad");
-    for (const CameraNumber& row : camera_numbers) {
-        if (!row.type.empty()) out.declare(row.family, row.type, row.help);
-        if (const Pointer at(row.pointer); camera.contains(at))
-            out.add(row.family, "",
-                    row.label.empty() ? labels : with(labels, row.label, std::string(row.label_value)),
-                    camera[at]);
-    }
-    out.declare("triggers_missed_total", "counter", "Missed trigger edges, by reason.");
-    if (const Pointer at("/camera/missed_because"); camera.contains(at))
-        for (const auto& [reason, count] : camera[at].items())
-            out.add("triggers_missed_total", "", with(labels, "reason", reason), count);
+    add_numbers(out, camera_metrics, labels, camera);
+    add_numbers(out, camera_state_metrics, labels, camera);
+    add_numbers(out, simulator_metrics, labels, camera);
     out.declare("clock_state", "gauge", "1 for the state that the clock of the trigger source is in.");
     for (const char* state : clock_states)
         out.add("clock_state", "", with(labels, "state", state), text_at(camera, "/clock/state") == state);

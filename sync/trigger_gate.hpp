@@ -3,7 +3,7 @@
 // policy.
 #pragma once
 
-#include "sync/missed_triggers.hpp"
+#include "core/camera/camera_counters.hpp"
 #include "sync/over_trigger.hpp"
 #include "sync/sync.hpp"
 

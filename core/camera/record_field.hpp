@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/camera/scene_truth.hpp"
+#include "core/member_chain.hpp"
 #include "core/text/enum_names.hpp"
 #include "core/time.hpp"
 
@@ -127,19 +128,6 @@ struct RecordField {
 
 namespace record_field {
 
-template<typename Owner, typename Member>
-Owner owner_of(Member Owner::*);
-
-/// The member that a chain of member pointers leads to.
-template<auto member, auto... rest>
-constexpr auto& at(auto& owner) {
-    if constexpr (sizeof...(rest) == 0) {
-        return owner.*member;
-    } else {
-        return at<rest...>(owner.*member);
-    }
-}
-
 template<typename T>
 struct Elements {
     using type = T;
@@ -224,8 +212,8 @@ void assign(T& value, const FieldValue& from) {
 /// The row of a member: field<&Pose::position_m, &Vec3::x>("x"). Arrays of bytes of enumerators: `form` u8.
 template<auto first, auto... rest>
 constexpr auto field(std::string_view name) {
-    using Owner = decltype(record_field::owner_of(first));
-    using Member = std::remove_cvref_t<decltype(record_field::at<first, rest...>(std::declval<Owner&>()))>;
+    using Owner = decltype(member_chain::owner_of(first));
+    using Member = std::remove_cvref_t<decltype(member_chain::at<first, rest...>(std::declval<Owner&>()))>;
     using Elements = record_field::Elements<Member>;
     using Value = typename Elements::type;
     RecordField<Owner> out;
@@ -233,15 +221,15 @@ constexpr auto field(std::string_view name) {
     out.form = record_field::form_of<Value>();
     out.count = Elements::count;
     out.get = [](const Owner& owner, std::size_t element) {
-        return record_field::value_of<Value>(Elements::of(record_field::at<first, rest...>(owner), element));
+        return record_field::value_of<Value>(Elements::of(member_chain::at<first, rest...>(owner), element));
     };
     out.set = [](Owner& owner, std::size_t element, const FieldValue& value) {
-        record_field::assign<Value>(Elements::of(record_field::at<first, rest...>(owner), element), value);
+        record_field::assign<Value>(Elements::of(member_chain::at<first, rest...>(owner), element), value);
     };
     if constexpr (NamedEnum<Value>) {
         if (Elements::count > 1) out.form = FieldForm::u8;
         out.text = [](const Owner& owner, std::size_t element) {
-            return name_of(Elements::of(record_field::at<first, rest...>(owner), element));
+            return name_of(Elements::of(member_chain::at<first, rest...>(owner), element));
         };
     }
     return out;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/camera/camera.hpp"
+#include "core/camera/camera_counters.hpp"
 #include "core/camera/frame.hpp"
 #include "core/clock.hpp"
 #include "core/realtime/log.hpp"
@@ -48,34 +49,6 @@ struct CameraConfig {
 /// The scene time at the trigger of frame `frame_id` when the scene follows nominal periods.
 [[nodiscard]] Time nominal_scene_time(const CameraSettings& settings, sync::RationalRate trigger_rate,
                                       std::uint64_t frame_id);
-
-/// Counters since construction. Each edge that arrives while acquiring, from the selected source, counts in
-/// `triggers`, and then in exactly one of `frames`, `missed_triggers`, `masked_triggers` and `dropped`,
-/// except while its frame is in progress or it waits latched.
-struct CameraCounters {
-    std::uint64_t triggers = 0;          ///< edges, including lost ones (gaps in the source's ids)
-    std::uint64_t missed_triggers = 0;   ///< lost edges, and edges before the camera was ready again
-    sync::MissedCounts missed_because{}; ///< their reasons
-    std::uint64_t masked_triggers = 0;   ///< edges before the camera was ready, under OverTrigger::ignore
-    std::uint64_t latched_triggers = 0;  ///< edges that became frames after waiting for the camera
-    std::uint64_t ignored = 0;           ///< edges while not acquiring, or from a source not selected
-    std::uint64_t dropped = 0;           ///< pool empty, or no transport took the frame
-    LodCounters lod;                     ///< frames with tiles missing
-    std::uint64_t frames = 0;            ///< frames passed to at least one transport
-    /// Frames among those that viewers alone have taken: each transport for receivers refused them, because
-    /// it has none, or no room.
-    std::uint64_t unsent = 0;
-    std::uint64_t complete = 0; ///< frames with all rows released
-    std::uint64_t late = 0;     ///< complete frames with rows that were not ready in time
-    std::uint64_t late_rows = 0;
-    std::uint64_t stalled = 0, stalled_rows = 0; ///< see ReleaseCounters
-    std::uint64_t abandoned = 0;    ///< frames with rows missing: aborted, or abandoned as too late
-    std::uint64_t repeated = 0;     ///< LatePolicy::repeat
-    std::uint64_t late_dropped = 0; ///< LatePolicy::drop
-    std::uint64_t partial = 0;      ///< LatePolicy::partial
-    AheadCounters ahead;            ///< frames rendered before their trigger
-    QualityCounters quality;        ///< frames rendered below full quality to be in time
-};
 
 /// One camera: control port and frame loop. TriggerRouter decides which edges become frames; the pipeline
 /// thread of this class makes one frame at a time and submits it to all transports. An edge during rendering,

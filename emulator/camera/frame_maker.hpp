@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/camera/camera.hpp"
+#include "core/camera/camera_counters.hpp"
 #include "core/camera/frame.hpp"
 #include "core/clock.hpp"
 #include "core/realtime/realtime.hpp"
@@ -55,20 +56,6 @@ struct ExpectedFrame {
     double tolerance_px = 0;
     std::int64_t most_ahead_ns = 0; ///< rendering begins no earlier before `edge`; 0: as early as it can
     bool exact_time = true; ///< what it shows does not depend on the edge: it must come at that scene time
-};
-
-/// Quality of the frames since construction.
-struct QualityCounters {
-    std::uint64_t degraded = 0;                             ///< frames with a row below QualityLevel::full
-    std::uint64_t failed = 0;                               ///< of those: their error is above the floor
-    std::array<std::uint64_t, quality_level_count> worst{}; ///< frames by the worst level of their rows
-
-    // Level of the last frame rendered; from two consecutive ones if it is read meanwhile.
-    QualityLevel last_level = QualityLevel::full;
-    std::uint32_t last_reasons = 0;
-    std::int32_t last_rows_degraded = 0;
-    float last_error = 0;
-    std::int64_t last_margin_us = 0;
 };
 
 /// Receiver of the detector's progress.

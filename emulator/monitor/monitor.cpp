@@ -227,10 +227,7 @@ std::string Monitor::made_state() const {
         if (last && !awaited.on_request)
             one["last_frame"] = {{"age_s", last->age_s}, {"overdue_s", last->overdue_s}};
         if (const std::optional<SimulatorCounters> simulator = daemon_.unit(i).simulator_counters())
-            one["simulator"] = {{"connections", simulator->connections},
-                                {"poses", simulator->poses},
-                                {"steps", simulator->steps},
-                                {"refused", simulator->refused}};
+            add_metrics(one, *simulator);
         one.update(statistics);
         state["cameras"].push_back(std::move(one));
     }

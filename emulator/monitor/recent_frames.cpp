@@ -8,12 +8,12 @@
 namespace obscura::emulator {
 namespace {
 
-std::string reasons_of(const sync::MissedCounts& counts) {
+std::string reasons_of(const MissedCounts& counts) {
     std::string text;
     for (std::size_t reason = 0; reason < counts.size(); ++reason)
         if (counts[reason] > 0)
             text += fmt::format("{}{}: {}", text.empty() ? "" : ", ",
-                                name_of(static_cast<sync::MissedReason>(reason)), counts[reason]);
+                                name_of(static_cast<MissedReason>(reason)), counts[reason]);
     return text;
 }
 

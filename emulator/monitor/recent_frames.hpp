@@ -19,7 +19,7 @@ struct FrameOutcomes {
     double seconds = 0; ///< length of the span
     std::uint64_t triggers = 0, missed_triggers = 0, frames = 0, complete = 0, late = 0, late_rows = 0,
                   stalled = 0, stalled_rows = 0, abandoned = 0, dropped = 0, unsent = 0, degraded = 0;
-    sync::MissedCounts missed_because{};
+    MissedCounts missed_because{};
 };
 
 /// Thread-bound.

@@ -57,11 +57,6 @@ inline void describe_levels(FrameQuality& quality, std::span<const QualityLevel>
     }
 }
 
-/// Frames whose terrains or giant textures were coarser than asked for.
-struct LodCounters {
-    std::uint64_t frames = 0, tiles_missing = 0;
-};
-
 /// What the chip and the acquisition say of a frame.
 struct FrameFacts {
     std::uint32_t acquisition = 1;  ///< number of the acquisition, counted from 1

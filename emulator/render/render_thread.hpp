@@ -2,6 +2,7 @@
 // Render thread: the light of frames, of the one that is expected next before its trigger.
 #pragma once
 
+#include "core/camera/camera_counters.hpp"
 #include "core/camera/frame.hpp"
 #include "core/realtime/event_count.hpp"
 #include "core/time.hpp"
@@ -26,15 +27,6 @@ class Clock;
 }
 
 namespace obscura::emulator {
-
-/// Outcomes of rendering ahead since construction: each frame begun is later used or discarded.
-struct AheadCounters {
-    std::uint64_t begun = 0;     ///< frames whose rendering began before their trigger
-    std::uint64_t used = 0;      ///< confirmed by the trigger
-    std::uint64_t discarded = 0; ///< other settings, another instant, or the trigger never came
-    std::uint64_t early = 0;     ///< of `used`: all rows were ready at the trigger
-    std::uint64_t moved = 0;     ///< of `used`: rows were reprojected to the true edge and poses
-};
 
 /// Room for a frame whose rows have levels, with its halo; 0: none.
 struct LevelStore {

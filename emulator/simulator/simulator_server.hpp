@@ -2,6 +2,7 @@
 // TCP and UDP server for an external simulator: poses of camera, bodies and lamps, and lockstep of frames.
 #pragma once
 
+#include "core/camera/camera_counters.hpp"
 #include "core/io/file_descriptor.hpp"
 #include "core/realtime/heartbeat.hpp"
 #include "core/realtime/work_queue.hpp"
@@ -31,11 +32,6 @@ using PoseRings = std::map<std::string, std::shared_ptr<PoseRing>, std::less<>>;
 /// Attaches a ring to the camera and to every named body and lamp in `scene`; of two with the same name, to
 /// the first.
 [[nodiscard]] PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s);
-
-struct SimulatorCounters {
-    std::uint64_t connections = 0, poses = 0, steps = 0;
-    std::uint64_t refused = 0; ///< lines and connections refused
-};
 
 /// TCP carries lines in both directions, UDP on the same port poses only; with a token there is no UDP, and
 /// the first line of a connection proves the token. It has a thread of its own. An

@@ -21,19 +21,11 @@ Json latency(const LatencyHistogram& h) {
         {"max", to_us(h.max_ns())}, {"sum", to_us(h.sum_ns())},         {"up_to", h.up_to_bounds()}};
 }
 
-/// Frames by the worst level of their rows.
-Json quality(const QualityCounters& c) {
-    Json json{{"degraded", c.degraded}, {"failed", c.failed}};
-    for (std::size_t l = 0; l < c.worst.size(); ++l)
-        json[std::string(name_of(static_cast<QualityLevel>(l)))] = c.worst[l];
-    return json;
-}
-
-Json missed(const sync::MissedCounts& counts) {
-    Json json;
-    for (std::size_t reason = 0; reason < counts.size(); ++reason)
-        json[std::string(name_of(static_cast<sync::MissedReason>(reason)))] = counts[reason];
-    return json;
+/// The values of `rows` at their places in the state of a camera.
+template<typename Rows, typename Counters>
+void add_metrics(Json& state, const Rows& rows, const Counters& counters) {
+    for (const CounterMetric<Counters>& row : rows)
+        state[Json::json_pointer(fmt::format("/{}/{}", row.group, row.name))] = row.value(counters);
 }
 
 Json to_json(const std::vector<transports::TransportStatistics::Value>& values) {
@@ -53,6 +45,10 @@ Json to_json(const transports::TransportStatistics& statistics) {
 }
 
 } // namespace
+
+void add_metrics(nlohmann::ordered_json& state, const SimulatorCounters& counters) {
+    add_metrics(state, simulator_metrics, counters);
+}
 
 std::string summary_line(const Camera& camera, const TransportList& transports) {
     const CameraCounters c = camera.counters();
@@ -78,33 +74,8 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                      {"source", source.name}};
     if (source.offset_ns) json["clock"]["offset_ns"] = *source.offset_ns;
     json["trigger"] = {{"refused", source.refused}};
-    json["camera"] = {{"run", run},
-                      {"triggers", c.triggers},
-                      {"frames", c.frames},
-                      {"complete", c.complete},
-                      {"late", c.late},
-                      {"late_rows", c.late_rows},
-                      {"stalled", c.stalled},
-                      {"stalled_rows", c.stalled_rows},
-                      {"missed_triggers", c.missed_triggers},
-                      {"missed_because", missed(c.missed_because)},
-                      {"ignored", c.ignored},
-                      {"lod_deficit", {{"frames", c.lod.frames}, {"tiles_missing", c.lod.tiles_missing}}},
-                      {"dropped", c.dropped},
-                      {"unsent", c.unsent},
-                      {"abandoned", c.abandoned},
-                      {"masked_triggers", c.masked_triggers},
-                      {"latched_triggers", c.latched_triggers},
-                      {"repeated", c.repeated},
-                      {"late_dropped", c.late_dropped},
-                      {"partial", c.partial},
-                      {"ahead",
-                       {{"begun", c.ahead.begun},
-                        {"used", c.ahead.used},
-                        {"early", c.ahead.early},
-                        {"reprojected", c.ahead.moved},
-                        {"discarded", c.ahead.discarded}}},
-                      {"quality", quality(c.quality)}};
+    json["camera"]["run"] = run;
+    add_metrics(json, camera_metrics, c);
     json["latency_us"] = {{"trigger_to_first_row", latency(releaser.trigger_to_first_row())},
                           {"trigger_to_last_row", latency(releaser.trigger_to_last_row())},
                           {"release_lateness", latency(releaser.release_lateness())}};

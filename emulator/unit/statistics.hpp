@@ -2,10 +2,13 @@
 // Counters and latencies of a run as one line of text and as JSON.
 #pragma once
 
+#include "core/camera/camera_counters.hpp"
 #include "emulator/camera/camera.hpp"
 #include "emulator/camera/releaser.hpp"
 #include "emulator/record/recent_timing.hpp"
 #include "transports/transport.hpp"
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <memory>
@@ -28,6 +31,9 @@ struct SourceState {
     /// or that has not come twice.
     std::optional<std::int64_t> offset_ns{};
 };
+
+/// Adds the counters of the port for simulators to the state of a camera.
+void add_metrics(nlohmann::ordered_json& state, const SimulatorCounters& counters);
 
 [[nodiscard]] std::string summary_line(const Camera& camera, const TransportList& transports);
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/pages/status_text.hpp"
 
+#include "core/camera/camera_counters.hpp"
 #include "core/text/terminal_text.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstdint>
+#include <map>
 
 namespace obscura::tools {
 namespace {
@@ -72,6 +74,20 @@ std::string trigger_of(const Json& camera) {
     return source == "Line0" ? text_at(camera, "/clock/source") : source;
 }
 
+/// The counters that the page shows, in their order on it.
+std::string counters_text(const Json& camera) {
+    std::map<int, std::string> places;
+    for (const Metric& metric : camera_metrics)
+        if (!metric.status.empty())
+            places[metric.status_place] = fmt::format(
+                "{} {}", number_at(camera, fmt::format("/{}/{}", metric.group, metric.name).c_str()),
+                metric.status);
+    std::string text;
+    for (const auto& [place, words] : places)
+        text += (text.empty() ? "" : ", ") + words;
+    return text;
+}
+
 std::string camera_text(const Json& camera, std::size_t number) {
     const std::string controller = text_at(camera, "/controller");
     std::string text = fmt::format("camera {}  {}  {}\n", number, text_at(camera, "/address"),
@@ -81,13 +97,8 @@ std::string camera_text(const Json& camera, std::size_t number) {
     text += fmt::format("  {:<22}{}, clock {}; {}\n", "trigger", trigger_of(camera),
                         text_at(camera, "/clock/state"),
                         flag_at(camera, "/trigger_ready") ? "ready" : "not ready");
-    text += fmt::format("  {:<22}{} triggers, {} frames, {} complete, {} late, {} missed triggers, {} "
-                        "abandoned, {} dropped, {} degraded; last frame {}\n",
-                        "since the start", number_at(camera, "/camera/triggers"),
-                        number_at(camera, "/camera/frames"), number_at(camera, "/camera/complete"),
-                        number_at(camera, "/camera/late"), number_at(camera, "/camera/missed_triggers"),
-                        number_at(camera, "/camera/abandoned"), number_at(camera, "/camera/dropped"),
-                        number_at(camera, "/camera/quality/degraded"), number_at(camera, "/frame_id"));
+    text += fmt::format("  {:<22}{}; last frame {}\n", "since the start", counters_text(camera),
+                        number_at(camera, "/frame_id"));
     text += latency_line(camera, "trigger_to_first_row", "trigger to first row");
     text += latency_line(camera, "release_lateness", "release lateness");
     for (const auto& [kind, counters] : at(camera, "/transports").items()) {

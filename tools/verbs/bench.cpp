@@ -186,7 +186,7 @@ private:
                 to_complete.push_back(static_cast<double>(f.complete_ns - device_ns - offset) * 1e-6);
             }
         }
-        const emulator::CameraCounters counters = daemon.camera().counters();
+        const CameraCounters counters = daemon.camera().counters();
         daemon.stop();
         report_.add("rate_hz", "triggers", std::optional(rate_hz_), "Hz", 1);
         report_.add("frames", "frames received", static_cast<std::int64_t>(received));

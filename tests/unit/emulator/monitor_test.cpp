@@ -501,7 +501,7 @@ TEST_CASE("the verdict names the first thing that is wrong", "[emulator]") {
     CHECK(judge(o, true, "", {.name = "Software", .on_request = true}, false, late).text ==
           judge(o, true, "", line, false).text);
     o.missed_triggers = 1;
-    o.missed_because[static_cast<std::size_t>(sync::MissedReason::rendering)] = 1;
+    o.missed_because[static_cast<std::size_t>(MissedReason::rendering)] = 1;
     CHECK(judge(o, true, "", line, false).text == "1 of 600 triggers missed (rendering: 1), last 60 s");
     CHECK(judge(o, true, "", line, false).health == Health::bad);
 }
