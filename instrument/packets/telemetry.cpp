@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "instrument/packets/telemetry.hpp"
 
+#include "core/camera/camera_counters.hpp"
 #include "core/camera/frame.hpp"
 #include "instrument/packets/space_packet.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -30,13 +32,19 @@ std::uint64_t state_named(std::span<const FieldState> states, std::string_view n
     return states.back().value;
 }
 
-double us_between(const std::optional<std::int64_t>& to_ns, const std::optional<std::int64_t>& from_ns) {
-    if (!to_ns || !from_ns) return std::numeric_limits<double>::quiet_NaN();
-    return static_cast<double>(*to_ns - *from_ns) * 1e-3;
+/// Instants are 0 if there was none.
+double us_between(std::int64_t to_ns, std::int64_t from_ns) {
+    if (to_ns == 0 || from_ns == 0) return std::numeric_limits<double>::quiet_NaN();
+    return static_cast<double>(to_ns - from_ns) * 1e-3;
+}
+
+/// Counts beyond 32 bits become the largest one.
+FieldValue u32(std::int64_t count) {
+    return static_cast<std::uint64_t>(std::clamp<std::int64_t>(count, 0, UINT32_MAX));
 }
 
 /// The first row of the list whose bit is set tells the outcome.
-std::uint64_t outcome_of(std::uint32_t flags) {
+std::uint64_t outcome_of(std::int64_t flags) {
     if ((flags & frame_dropped) != 0) return 4;
     if ((flags & frame_repeated) != 0) return 2;
     if ((flags & frame_partial) != 0) return 3;
@@ -64,11 +72,20 @@ double latency(const Housekeeping& source, std::string_view name, double Latency
 template<typename Source>
 struct Row {
     FieldInfo info;
-    FieldValue (*value)(const Source& source);
+    FieldValue (*value)(const Source& source) = nullptr; ///< null: `counter`
+    std::string_view counter{};                          ///< its name in the state
 };
 
+template<typename Source>
+FieldValue value_of(const Row<Source>& row, const Source& source) {
+    return row.value(source);
+}
+FieldValue value_of(const Row<Housekeeping>& row, const Housekeeping& source) {
+    return row.value != nullptr ? row.value(source) : counter(source, row.counter);
+}
+
 using H = Housekeeping;
-const std::array<Row<H>, 28> housekeeping_rows{{
+const std::array<Row<H>, 8> state_rows{{
     {{"CAMERA", T::u8, "", "Number of the camera, from 0"},
      [](const H& h) -> FieldValue { return std::uint64_t{h.camera}; }},
     {{"DAEMON_ANSWERS", T::u8, "", "Whether the daemon answers; if not, what it tells is 0", no_yes},
@@ -85,24 +102,9 @@ const std::array<Row<H>, 28> housekeeping_rows{{
      [](const H& h) -> FieldValue { return state_named(clocks, state_of(h).clock); }},
     {{"LAST_FRAME", T::u64, "", "Number of the last frame in its acquisition"},
      [](const H& h) -> FieldValue { return state_of(h).frame_id; }},
-    {{"TRIGGERS", T::u64, "", "Trigger edges since the daemon's start"},
-     [](const H& h) -> FieldValue { return counter(h, "triggers"); }},
-    {{"FRAMES", T::u64, "", "Frames that were begun"},
-     [](const H& h) -> FieldValue { return counter(h, "frames"); }},
-    {{"COMPLETE", T::u64, "", "Frames that came to their end"},
-     [](const H& h) -> FieldValue { return counter(h, "complete"); }},
-    {{"LATE", T::u64, "", "Frames with rows that were not ready in time"},
-     [](const H& h) -> FieldValue { return counter(h, "late"); }},
-    {{"LATE_ROWS", T::u64, "", "Those rows"},
-     [](const H& h) -> FieldValue { return counter(h, "late_rows"); }},
-    {{"STALLED_ROWS", T::u64, "", "Rows that were ready and left more than a millisecond late"},
-     [](const H& h) -> FieldValue { return counter(h, "stalled_rows"); }},
-    {{"MISSED", T::u64, "", "Triggers that made no frame"},
-     [](const H& h) -> FieldValue { return counter(h, "missed_triggers"); }},
-    {{"ABANDONED", T::u64, "", "Frames that were begun and not finished"},
-     [](const H& h) -> FieldValue { return counter(h, "abandoned"); }},
-    {{"DROPPED", T::u64, "", "Triggers for which there was no buffer"},
-     [](const H& h) -> FieldValue { return counter(h, "dropped"); }},
+}};
+/// Behind those and the counters of the camera.
+const std::array<Row<H>, 11> program_rows{{
     {{"FIRST_ROW_P50", T::f32, "us", "Trigger to first row, median"},
      [](const H& h) -> FieldValue { return latency(h, "trigger_to_first_row", &Latency::p50); }},
     {{"FIRST_ROW_P99", T::f32, "us", "Trigger to first row, 99 %"},
@@ -127,39 +129,63 @@ const std::array<Row<H>, 28> housekeeping_rows{{
      [](const H& h) -> FieldValue { return std::uint64_t{h.own.command_gaps}; }},
 }};
 
+/// The counters of the camera that are sent, in their order in the packet.
+std::vector<Row<H>> counter_rows() {
+    std::vector<Row<H>> rows;
+    for (const Metric& metric : camera_metrics) {
+        if (metric.telemetry.empty()) continue;
+        const auto place = static_cast<std::size_t>(metric.telemetry_place);
+        if (rows.size() <= place) rows.resize(place + 1);
+        rows[place].info = {metric.telemetry, T::u64, "", metric.telemetry_help};
+        rows[place].counter = metric.name;
+    }
+    return rows;
+}
+
+const std::vector<Row<H>>& housekeeping_rows() {
+    static const std::vector<Row<H>> all = [] {
+        std::vector<Row<H>> rows(state_rows.begin(), state_rows.end());
+        const std::vector<Row<H>> counters = counter_rows();
+        rows.insert(rows.end(), counters.begin(), counters.end());
+        rows.insert(rows.end(), program_rows.begin(), program_rows.end());
+        return rows;
+    }();
+    return all;
+}
+
 using F = FrameReport;
 const std::array<Row<F>, 18> frame_rows{{
     {{"CAMERA", T::u8, "", "Number of the camera, from 0"},
      [](const F& f) -> FieldValue { return std::uint64_t{f.camera}; }},
     {{"OUTCOME", T::u8, "", "What became of the frame", outcomes},
-     [](const F& f) -> FieldValue { return outcome_of(f.flags); }},
+     [](const F& f) -> FieldValue { return outcome_of(f.frame.flags); }},
     {{"ACQUISITION", T::u32, "", "Number of the acquisition, from 1"},
-     [](const F& f) -> FieldValue { return std::uint64_t{f.acquisition}; }},
+     [](const F& f) -> FieldValue { return u32(f.frame.acquisition); }},
     {{"FRAME", T::u64, "", "Number of the frame in its acquisition, from 1"},
-     [](const F& f) -> FieldValue { return f.frame; }},
-    {{"TRIGGER", T::u64, "", "Number of the trigger"}, [](const F& f) -> FieldValue { return f.trigger; }},
+     [](const F& f) -> FieldValue { return f.frame.frame_id; }},
+    {{"TRIGGER", T::u64, "", "Number of the trigger"},
+     [](const F& f) -> FieldValue { return f.frame.trigger_id; }},
     {{"EDGE_SECONDS", T::u32, "s", "Edge of the trigger, TAI since 1958: time code CUC, seconds"},
-     [](const F& f) -> FieldValue { return std::uint64_t{time_code(f.edge_tai_ns).seconds}; }},
+     [](const F& f) -> FieldValue { return std::uint64_t{time_code(f.edge_tai_ns()).seconds}; }},
     {{"EDGE_FRACTION", T::u24, "", "and its fraction in 2^-24 s"},
-     [](const F& f) -> FieldValue { return std::uint64_t{time_code(f.edge_tai_ns).fraction}; }},
+     [](const F& f) -> FieldValue { return std::uint64_t{time_code(f.edge_tai_ns()).fraction}; }},
     {{"EDGE_TAI_NS", T::i64, "ns", "The same instant exactly, TAI since 1970"},
-     [](const F& f) -> FieldValue { return f.edge_tai_ns; }},
+     [](const F& f) -> FieldValue { return f.edge_tai_ns(); }},
     {{"FIRST_ROW", T::f32, "us", "Edge to first row; NaN: it did not leave"},
-     [](const F& f) -> FieldValue { return us_between(f.first_tai_ns, f.edge_tai_ns); }},
+     [](const F& f) -> FieldValue { return us_between(f.frame.first, f.frame.edge); }},
     {{"LAST_ROW", T::f32, "us", "Edge to last row; NaN: it did not leave"},
-     [](const F& f) -> FieldValue { return us_between(f.last_tai_ns, f.edge_tai_ns); }},
+     [](const F& f) -> FieldValue { return us_between(f.frame.last, f.frame.edge); }},
     {{"FIRST_LATENESS", T::f32, "us", "How long after its time the first row left"},
-     [](const F& f) -> FieldValue { return us_between(f.first_tai_ns, f.due_tai_ns); }},
+     [](const F& f) -> FieldValue { return us_between(f.frame.first, f.frame.due); }},
     {{"LAST_LATENESS", T::f32, "us", "How long after its time the last row left"},
-     [](const F& f) -> FieldValue { return us_between(f.last_tai_ns, f.last_due_tai_ns); }},
-    {{"ROWS", T::u32, "", "Rows of the frame"},
-     [](const F& f) -> FieldValue { return std::uint64_t{f.rows}; }},
+     [](const F& f) -> FieldValue { return us_between(f.frame.last, f.frame.last_due); }},
+    {{"ROWS", T::u32, "", "Rows of the frame"}, [](const F& f) -> FieldValue { return u32(f.frame.rows); }},
     {{"LATE_ROWS", T::u32, "", "Rows that were not ready in time"},
-     [](const F& f) -> FieldValue { return std::uint64_t{f.late_rows}; }},
+     [](const F& f) -> FieldValue { return u32(f.frame.late_rows); }},
     {{"STALLED_ROWS", T::u32, "", "Rows that were ready and left more than a millisecond late"},
-     [](const F& f) -> FieldValue { return std::uint64_t{f.stalled_rows}; }},
+     [](const F& f) -> FieldValue { return u32(f.frame.stalled_rows); }},
     {{"FLAGS", T::u32, "", "Flags of the frame, see docs/images.md"},
-     [](const F& f) -> FieldValue { return std::uint64_t{f.flags}; }},
+     [](const F& f) -> FieldValue { return u32(f.frame.flags); }},
     {{"LOST_BEFORE", T::u32, "", "Frames between the report before and this one that have none"},
      [](const F& f) -> FieldValue { return f.lost_before; }},
     {{"SATURATED", T::u32, "", "Pixels at the largest digital number; 4294967295: they were not counted"},
@@ -202,7 +228,7 @@ std::vector<std::uint8_t> pack(const Rows& rows, const Source& source, std::uint
     out.number(time.seconds, bytes_of(header_of_telemetry[1].type));
     out.number(time.fraction, bytes_of(header_of_telemetry[2].type));
     for (const auto& row : rows)
-        out.number(encode(row.info.type, row.value(source)), bytes_of(row.info.type));
+        out.number(encode(row.info.type, value_of(row, source)), bytes_of(row.info.type));
     const PacketHeader primary{false, true, apid, sequence};
     sequence = static_cast<std::uint16_t>((sequence + 1U) % sequence_modulus);
     return make_packet(primary, out.bytes());
@@ -216,7 +242,7 @@ std::span<const FieldInfo> telemetry_header() {
 
 const std::vector<PacketInfo>& telemetry_packets() {
     static const std::vector<PacketInfo> packets{
-        {"HOUSEKEEPING", "State of a camera, once a second", 0, infos_of(housekeeping_rows)},
+        {"HOUSEKEEPING", "State of a camera, once a second", 0, infos_of(housekeeping_rows())},
         {"FRAME", "A frame that has ended", 1, infos_of(frame_rows)},
         {"COMMAND", "What became of a telecommand", 2, infos_of(command_rows)},
     };
@@ -224,7 +250,7 @@ const std::vector<PacketInfo>& telemetry_packets() {
 }
 
 std::vector<std::uint8_t> TelemetryWriter::write(const Housekeeping& source, std::int64_t tai_ns) {
-    return pack(housekeeping_rows, source, first_apid_, sequence_[0], tai_ns);
+    return pack(housekeeping_rows(), source, first_apid_, sequence_[0], tai_ns);
 }
 
 std::vector<std::uint8_t> TelemetryWriter::write(const FrameReport& source, std::int64_t tai_ns) {

@@ -2,6 +2,7 @@
 // Telemetry packets: housekeeping, a report of each frame, a report of each command.
 #pragma once
 
+#include "core/camera/frame_record.hpp"
 #include "instrument/link/camera_link.hpp"
 #include "instrument/packets/fields.hpp"
 #include "instrument/packets/telecommands.hpp"
@@ -29,16 +30,18 @@ struct Housekeeping {
     PacketCounters own;
 };
 
-/// Source of a frame report. Instants are TAI in ns since 1970, and the nominal ones of the camera's clock;
-/// nullopt: there was none.
+/// Source of a frame report.
 struct FrameReport {
-    std::uint32_t camera = 0, acquisition = 0;
-    std::uint64_t frame = 0, trigger = 0;
-    std::int64_t edge_tai_ns = 0;
-    std::optional<std::int64_t> due_tai_ns, first_tai_ns, last_due_tai_ns, last_tai_ns;
-    std::uint32_t rows = 0, late_rows = 0, stalled_rows = 0, flags = 0;
+    std::uint32_t camera = 0;
+    FrameRecord frame;                        ///< as far as the daemon told it
+    std::int64_t tai_offset_ns = 0;           ///< TAI since 1970 minus the clock of its instants
     std::uint64_t lost_before = 0;            ///< frames since the report before that have none
     std::optional<std::uint32_t> saturated{}; ///< pixels at the largest digital number; none: not counted
+
+    /// Edge of its trigger; 0: there was none.
+    [[nodiscard]] std::int64_t edge_tai_ns() const {
+        return frame.edge != 0 ? frame.edge + tai_offset_ns : 0;
+    }
 };
 
 /// Source of a command report.

@@ -127,9 +127,9 @@ TEST_CASE("each frame is reported once, and those without a report are counted",
     CHECK(reports.take(0, {{}, {}, 10, {}}, 0).empty());
     const auto three = reports.take(2, frames(11, 13), 5);
     REQUIRE(three.size() == 3);
-    CHECK((three[0].frame == 11 && three[0].edge_tai_ns == 1105 && three[0].lost_before == 0 &&
+    CHECK((three[0].frame.frame_id == 11 && three[0].edge_tai_ns() == 1105 && three[0].lost_before == 0 &&
            three[0].camera == 2));
-    CHECK_FALSE(three[0].first_tai_ns);
+    CHECK(three[0].frame.first == 0);
     const auto after_a_gap = reports.take(0, frames(20, 21), 0);
     REQUIRE(after_a_gap.size() == 2);
     CHECK((after_a_gap[0].lost_before == 6 && after_a_gap[1].lost_before == 0));
