@@ -48,10 +48,3 @@ def calls_of_daemon(obscurad: str) -> List[Dict[str, Any]]:
     """Calls of `obscurad`, as describe gives them; those that every connection has are among them."""
     with running_daemon(obscurad) as address, obscura_client.connect_camera(address) as camera:
         return camera.describe()["calls"]
-
-
-def all_calls(obscura: str, obscurad: str) -> List[Dict[str, Any]]:
-    """Calls of both, each name once."""
-    served = calls_of_server(obscura)
-    names = {call["name"] for call in served}
-    return served + [call for call in calls_of_daemon(obscurad) if call["name"] not in names]

@@ -2,6 +2,7 @@
 #include "emulator/control/daemon_calls.hpp"
 
 #include "core/realtime/log.hpp"
+#include "emulator/unit/release_self_test.hpp"
 
 #include <utility>
 
@@ -24,6 +25,45 @@ struct Level {
                      .help("Least severe lines that are written, until the next reload")}};
     }
 };
+
+struct SelfTestTime {
+    double seconds = 0.3;
+
+    Fields fields() {
+        return {{config::key("seconds", &seconds)
+                     .unit("s")
+                     .range(0.1, 5)
+                     .help("Time for each of two rates, 10 and 100 Hz")}};
+    }
+};
+
+service::Call self_test_call() {
+    service::Call call = service::call<SelfTestTime>(
+        "self_test", Permission::operate,
+        "Measures how late an ordinary thread of this machine releases rows, as `obscura timing --self-test` does; "
+        "cameras go on undisturbed.",
+        [](const SelfTestTime& time, Work& /*work*/) {
+            const ReleaseSelfTest test = release_self_test(time.seconds, false);
+            nlohmann::json rows = nlohmann::json::array();
+            for (const ReleaseLateness& row : test.rows)
+                rows.push_back({{"name", row.name},
+                                {"rate_hz", row.rate_hz},
+                                {"rows", row.rows},
+                                {"p50_us", row.p50_us},
+                                {"p99_us", row.p99_us},
+                                {"max_us", row.max_us}});
+            return Answer{{{"scheduling", test.scheduling},
+                           {"p99_us", test.p99_us},
+                           {"rows", std::move(rows)},
+                           {"text", text_of(test)}}};
+        });
+    call.results = {
+        {"scheduling", "string", "", "Scheduling of the thread, and why it is no better one"},
+        {"p99_us", "number", "us", "99 of 100 rows are released so late at most"},
+        {"rows", "array of maps", "", "For each rate: name, rate_hz, rows, p50_us, p99_us, max_us"},
+        {"text", "string", "", "The same as a table"}};
+    return call;
+}
 
 } // namespace
 
@@ -62,7 +102,7 @@ service::Calls daemon_calls(const CameraCalls::Cameras& cameras, SceneRequests& 
             return Answer{{{"controller", controller}}};
         });
     take.results = {{"controller", "string", "", "Address of the client that had control; empty: none"}};
-    return {std::move(reload), std::move(level), std::move(take)};
+    return {std::move(reload), std::move(level), std::move(take), self_test_call()};
 }
 
 } // namespace obscura::emulator

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls about the daemon itself: reload, log level, taking control away from a client.
+// Calls about the daemon itself: reload, log level, taking control away from a client, self-test.
 #pragma once
 
 #include "emulator/control/camera_calls.hpp"
@@ -14,7 +14,7 @@ namespace obscura::emulator {
 /// there was none. Throws Failure.
 using ReleaseControl = std::function<std::string(std::size_t camera)>;
 
-/// The calls "reload", "log_level" and "release". The references outlive the calls.
+/// The calls "reload", "log_level", "release" and "self_test". The references outlive the calls.
 [[nodiscard]] service::Calls daemon_calls(const CameraCalls::Cameras& cameras, SceneRequests& requests,
                                           ReleaseControl release);
 

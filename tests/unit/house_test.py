@@ -25,7 +25,7 @@ ALLOWED = {
     "instrument": {"core", "service", "host", "instrument"},
     "tools": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator",
               "service", "host", "serve", "tools"},
-    "web": {"core", "images", "transports", "host", "emulator", "web"},
+    "web": {"core", "images", "transports", "host", "web"},
 }
 # Files that are rooms of their own, each with the reason. All other files of a folder are one room: rooms that include
 # each other in a circle are a complaint, whatever folders they are in.

@@ -184,6 +184,8 @@ std::optional<Response> CameraJobs::step(State& state) {
         return set_log_level(state);
     case Answers::release:
         return release(state);
+    case Answers::self_test:
+        return self_test(state);
     case Answers::support_bundle:
         return support_bundle(state);
     case Answers::configuration:

@@ -33,9 +33,6 @@ struct CameraRequest {
 /// Integers that a double cannot hold, as page and MATLAB read them, become strings.
 void make_exact(nlohmann::ordered_json& json);
 
-/// Measures how late this machine releases rows, with ordinary scheduling: see emulator::release_self_test().
-[[nodiscard]] Job self_test_job();
-
 /// The jobs run on threads of a worker, which ends before this.
 class CameraJobs {
 public:
@@ -68,6 +65,7 @@ private:
     [[nodiscard]] Response set_device(const State& state);
     [[nodiscard]] Response set_log_level(const State& state);
     [[nodiscard]] Response release(const State& state);
+    [[nodiscard]] std::optional<Response> self_test(State& state);
     [[nodiscard]] Response support_bundle(const State& state);
     [[nodiscard]] std::optional<Response> set_configuration(State& state);
     [[nodiscard]] std::optional<Response> trigger(State& state);

@@ -103,7 +103,8 @@ Json responses_of(const Route& route) {
     refuse(route.changes() || route.answers == Answers::events, {"400"});
     refuse(route.role.has_value(), {"401"});
     refuse(true, {"403"});
-    refuse(of_camera || route.answers == Answers::support_bundle, {"404", "409"});
+    refuse(of_camera || route.answers == Answers::support_bundle || route.answers == Answers::self_test,
+           {"404", "409"});
     refuse(route.answers == Answers::frame, {"406"});
     refuse(route.method == "PATCH" || route.method == "PUT", {"412"});
     refuse(route.changes(), {"415"});

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Jobs about the daemon behind a camera: its GigE Vision features, poses and steps, reload, support bundle.
 #include "core/error.hpp"
-#include "emulator/unit/release_self_test.hpp"
 #include "host/support_bundle.hpp"
 #include "web/api/camera_jobs.hpp"
 #include "web/server/problem.hpp"
@@ -65,23 +64,13 @@ std::optional<Response> CameraJobs::long_call(State& state, const char* call) {
     return json_answer(answer->head);
 }
 
-Job self_test_job() {
-    Job job;
-    job.lane = "self-test"; // holds up nothing else
-    job.step = []() -> std::optional<Response> {
-        constexpr double seconds = 0.3;
-        const emulator::ReleaseSelfTest test = emulator::release_self_test(seconds, false);
-        Json rows = Json::array();
-        for (const emulator::ReleaseLateness& row : test.rows)
-            rows.push_back({{"name", row.name},
-                            {"rate_hz", row.rate_hz},
-                            {"rows", row.rows},
-                            {"p50_us", row.p50_us},
-                            {"p99_us", row.p99_us},
-                            {"max_us", row.max_us}});
-        return json_answer({{"scheduling", test.scheduling}, {"p99_us", test.p99_us}, {"rows", rows}});
-    };
-    return job;
+std::optional<Response> CameraJobs::self_test(State& state) {
+    if (!state.running)
+        state.running = calls_.begin(state.request.place, "self_test", Json::object(), patience);
+    auto answer = calls_.look(*state.running);
+    if (!answer) return std::nullopt;
+    answer->head.erase("text");
+    return json_answer(answer->head);
 }
 
 Response CameraJobs::support_bundle(const State& state) {
@@ -99,7 +88,9 @@ Response CameraJobs::support_bundle(const State& state) {
         }
     };
     (void)host::add_daemon(bundle, ask_daemon, true);
-    host::add_self_test(bundle, [] { return text_of(emulator::release_self_test(0.3, false)); });
+    host::add_self_test(bundle, [&ask_daemon] {
+        return ask_daemon("self_test", host::CallJson::object()).at("text").get<std::string>();
+    });
     bundle.finish();
     Response response;
     response.type = state.request.route->type;

@@ -90,7 +90,7 @@ constexpr std::array step_fields{Parameter{"time_s", Type::number,
                                            true, 0, 999'999'999, "s"}};
 constexpr std::array level_fields{
     Parameter{"level", Type::string, "error, warning, notice, info or debug", true}};
-constexpr std::array bundle_query{
+constexpr std::array daemon_query{
     Parameter{"camera", Type::string, "`id` of a camera, whose daemon is meant; missing: the first one"}};
 
 constexpr std::array all_routes{
@@ -266,10 +266,10 @@ constexpr std::array all_routes{
           "What a maintainer wants to know, as obscura support-bundle saves it: no frames, no tokens",
           "application/zstd",
           {},
-          bundle_query},
+          daemon_query},
     Route{Answers::self_test, "GET", "/api/v1/self-test", "self-test", Role::control,
           "Measures for 0.6 s how late an ordinary thread of this machine releases rows", json_type,
-          "SelfTest"},
+          "SelfTest", daemon_query},
     Route{Answers::configuration, "GET", "/api/v1/cameras/{camera}/configuration", "configuration",
           Role::viewer, "Every key of the configuration, its value and where that comes from", json_type,
           "Configuration"},

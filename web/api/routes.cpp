@@ -245,9 +245,6 @@ Response Routes::dispatch(const Request& request, const Match& match, std::strin
         response.body = openapi_;
         choose_form(response, request, zipped_openapi_, host::sha256_of(openapi_).substr(0, 16));
         return response;
-    case Answers::self_test:
-        response.job = self_test_job();
-        return response;
     case Answers::pictures:
         response.pictures_of = seen_camera(match.camera);
         return response;
@@ -280,9 +277,9 @@ Response Routes::camera_job(const Request& request, const Match& match, Json que
     const bool at_once = route.answers == Answers::trigger && prefers(request.prefer, "respond-async");
     if (at_once) body["wait"] = false;
     const auto sighting = watch_.latest();
-    const std::string camera = route.answers == Answers::support_bundle
-                                   ? query.value("camera", first_camera(*sighting))
-                                   : camera_id(*sighting, match.camera);
+    const bool of_daemon = route.answers == Answers::support_bundle || route.answers == Answers::self_test;
+    const std::string camera =
+        of_daemon ? query.value("camera", first_camera(*sighting)) : camera_id(*sighting, match.camera);
     std::string_view form = route.path.substr(route.path.rfind('.') + 1);
     if (route.answers == Answers::frame) form = frame_form(request.accept);
     // A frame that is kept needs no daemon.
