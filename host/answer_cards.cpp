@@ -30,8 +30,8 @@ std::optional<double> number(const Json& value) {
 
 /// Cards of the numbers of an array, for the keys in turn.
 template<std::size_t Count>
-void add_numbers(images::Cards& cards, const Json& head, const char* name,
-                 const std::array<const char*, Count>& keys, const char* comment) {
+void add_number_cards(images::Cards& cards, const Json& head, const char* name,
+                      const std::array<const char*, Count>& keys, const char* comment) {
     const auto found = head.find(name);
     if (found == head.end() || !found->is_array() || found->size() != Count) return;
     for (std::size_t i = 0; i < Count; ++i)
@@ -67,10 +67,10 @@ images::Cards cards_of_answer(const nlohmann::ordered_json& head) {
     }
     cards.push_back({"CAMAXES", std::string("x right, y down, z boresight"), "axes of the camera"});
     cards.push_back({"QUATCONV", std::string("scalar first, own axes to inertial"), "meaning of CAM_Q"});
-    add_numbers(cards, head, "camera_position_m", std::array{"CAM_X", "CAM_Y", "CAM_Z"},
-                "[m] position of the camera");
-    add_numbers(cards, head, "camera_orientation", std::array{"CAM_QW", "CAM_QX", "CAM_QY", "CAM_QZ"},
-                "own axes to inertial, the camera");
+    add_number_cards(cards, head, "camera_position_m", std::array{"CAM_X", "CAM_Y", "CAM_Z"},
+                     "[m] position of the camera");
+    add_number_cards(cards, head, "camera_orientation", std::array{"CAM_QW", "CAM_QX", "CAM_QY", "CAM_QZ"},
+                     "own axes to inertial, the camera");
     if (const std::string hash = text_of(head, "config_sha256");
         hash.size() == 64 && hash.find_first_not_of("0123456789abcdef") == std::string::npos)
         cards.push_back({"CFGSHA", hash, "configuration"});

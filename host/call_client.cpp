@@ -83,7 +83,7 @@ Json json_of(const obscura_value* value) {
     return nullptr;
 }
 
-[[noreturn]] void fail(const obscura_error& error) {
+[[noreturn]] void fail_call(const obscura_error& error) {
     if (error.status == OBSCURA_LOST && std::string_view(error.code) == "connection-lost")
         throw HardwareError(error.message);
     CallRefused refused(error.code, error.message);
@@ -126,27 +126,27 @@ CallClient::CallClient(const std::string& address, const Options& options) {
     how.token_file = options.token_file.empty() ? nullptr : options.token_file.c_str();
     obscura_error error;
     client_.reset(obscura_connect(address.c_str(), &how, &error), obscura_close);
-    if (!client_) fail(error);
+    if (!client_) fail_call(error);
 }
 
 CallClient::Answer CallClient::call(const std::string& name, const Json& fields) {
     begin(name, fields);
     obscura_answer* answer = nullptr;
-    if (obscura_wait(client_.get(), -1, &answer) != OBSCURA_OK) fail(*obscura_last_error(client_.get()));
+    if (obscura_wait(client_.get(), -1, &answer) != OBSCURA_OK) fail_call(*obscura_last_error(client_.get()));
     return Answer(answer);
 }
 
 void CallClient::begin(const std::string& name, const Json& fields) {
     obscura_value* const map = fields.is_null() ? nullptr : value_of(fields, most_levels);
     if (obscura_begin(client_.get(), name.c_str(), map) != OBSCURA_OK)
-        fail(*obscura_last_error(client_.get()));
+        fail_call(*obscura_last_error(client_.get()));
 }
 
 std::optional<CallClient::Answer> CallClient::wait(double wait_s) {
     obscura_answer* answer = nullptr;
     const obscura_status status = obscura_wait(client_.get(), wait_s, &answer);
     if (status == OBSCURA_PENDING) return std::nullopt;
-    if (status != OBSCURA_OK) fail(*obscura_last_error(client_.get()));
+    if (status != OBSCURA_OK) fail_call(*obscura_last_error(client_.get()));
     return Answer(answer);
 }
 

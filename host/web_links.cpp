@@ -20,14 +20,14 @@
 namespace obscura::host {
 namespace {
 
-constexpr std::string_view prefix = "obscura-web-", suffix = ".link";
+constexpr std::string_view link_prefix = "obscura-web-", suffix = ".link";
 
 /// The process of a file of that name; 0: it is none.
-pid_t process_of(const std::string& name) {
-    if (name.rfind(prefix, 0) != 0 || !name.ends_with(suffix)) return 0;
+pid_t process_of_link(const std::string& name) {
+    if (name.rfind(link_prefix, 0) != 0 || !name.ends_with(suffix)) return 0;
     const char* const end = name.data() + name.size() - suffix.size();
     std::int32_t pid = 0;
-    const auto [stop, error] = std::from_chars(name.data() + prefix.size(), end, pid);
+    const auto [stop, error] = std::from_chars(name.data() + link_prefix.size(), end, pid);
     return error == std::errc{} && stop == end && pid > 0 ? pid : 0;
 }
 
@@ -50,7 +50,7 @@ std::map<pid_t, std::filesystem::path> link_files() {
     const std::filesystem::path folder = own_monitor_folder();
     if (!is_own(folder)) return files;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        const pid_t pid = process_of(entry.path().filename().string());
+        const pid_t pid = process_of_link(entry.path().filename().string());
         if (pid != 0 && is_own(entry.path())) files[pid] = entry.path();
     }
     return files;

@@ -51,19 +51,19 @@ std::uint64_t outcome_of(std::int64_t flags) {
     return (flags & frame_late) != 0 ? 1 : 0;
 }
 
-const CameraState& state_of(const Housekeeping& source) {
+const CameraState& camera_state(const Housekeeping& source) {
     static const CameraState none;
     return source.state ? *source.state : none;
 }
 
 std::uint64_t counter(const Housekeeping& source, std::string_view name) {
-    for (const auto& [own, count] : state_of(source).counters)
+    for (const auto& [own, count] : camera_state(source).counters)
         if (own == name && count > 0) return static_cast<std::uint64_t>(count);
     return 0;
 }
 
-double latency(const Housekeeping& source, std::string_view name, double Latency::*quantile) {
-    for (const Latency& one : state_of(source).latencies)
+double latency_field(const Housekeeping& source, std::string_view name, double Latency::*quantile) {
+    for (const Latency& one : camera_state(source).latencies)
         if (one.name == name) return one.*quantile;
     return 0;
 }
@@ -77,10 +77,10 @@ struct Row {
 };
 
 template<typename Source>
-FieldValue value_of(const Row<Source>& row, const Source& source) {
+FieldValue field_value(const Row<Source>& row, const Source& source) {
     return row.value(source);
 }
-FieldValue value_of(const Row<Housekeeping>& row, const Housekeeping& source) {
+FieldValue field_value(const Row<Housekeeping>& row, const Housekeeping& source) {
     return row.value != nullptr ? row.value(source) : counter(source, row.counter);
 }
 
@@ -91,32 +91,32 @@ const std::array<Row<H>, 8> state_rows{{
     {{"DAEMON_ANSWERS", T::u8, "", "Whether the daemon answers; if not, what it tells is 0", no_yes},
      [](const H& h) -> FieldValue { return std::uint64_t{h.state.has_value()}; }},
     {{"HEALTH", T::u8, "", "Verdict on the last minute", healths},
-     [](const H& h) -> FieldValue { return state_named(healths, state_of(h).health); }},
+     [](const H& h) -> FieldValue { return state_named(healths, camera_state(h).health); }},
     {{"ACQUIRING", T::u8, "", "Whether the camera acquires", no_yes},
-     [](const H& h) -> FieldValue { return std::uint64_t{state_of(h).acquiring}; }},
+     [](const H& h) -> FieldValue { return std::uint64_t{camera_state(h).acquiring}; }},
     {{"TRIGGER_READY", T::u8, "", "Whether it takes a trigger now", no_yes},
-     [](const H& h) -> FieldValue { return std::uint64_t{state_of(h).trigger_ready}; }},
+     [](const H& h) -> FieldValue { return std::uint64_t{camera_state(h).trigger_ready}; }},
     {{"CONTROLLED", T::u8, "", "Whether a GigE Vision client controls it", no_yes},
-     [](const H& h) -> FieldValue { return std::uint64_t{!state_of(h).controller.empty()}; }},
+     [](const H& h) -> FieldValue { return std::uint64_t{!camera_state(h).controller.empty()}; }},
     {{"CLOCK", T::u8, "", "Clock of the trigger", clocks},
-     [](const H& h) -> FieldValue { return state_named(clocks, state_of(h).clock); }},
+     [](const H& h) -> FieldValue { return state_named(clocks, camera_state(h).clock); }},
     {{"LAST_FRAME", T::u64, "", "Number of the last frame in its acquisition"},
-     [](const H& h) -> FieldValue { return state_of(h).frame_id; }},
+     [](const H& h) -> FieldValue { return camera_state(h).frame_id; }},
 }};
 /// Behind those and the counters of the camera.
 const std::array<Row<H>, 11> program_rows{{
     {{"FIRST_ROW_P50", T::f32, "us", "Trigger to first row, median"},
-     [](const H& h) -> FieldValue { return latency(h, "trigger_to_first_row", &Latency::p50); }},
+     [](const H& h) -> FieldValue { return latency_field(h, "trigger_to_first_row", &Latency::p50); }},
     {{"FIRST_ROW_P99", T::f32, "us", "Trigger to first row, 99 %"},
-     [](const H& h) -> FieldValue { return latency(h, "trigger_to_first_row", &Latency::p99); }},
+     [](const H& h) -> FieldValue { return latency_field(h, "trigger_to_first_row", &Latency::p99); }},
     {{"LAST_ROW_P99", T::f32, "us", "Trigger to last row, 99 %"},
-     [](const H& h) -> FieldValue { return latency(h, "trigger_to_last_row", &Latency::p99); }},
+     [](const H& h) -> FieldValue { return latency_field(h, "trigger_to_last_row", &Latency::p99); }},
     {{"LATENESS_P50", T::f32, "us", "Lateness of rows, median"},
-     [](const H& h) -> FieldValue { return latency(h, "release_lateness", &Latency::p50); }},
+     [](const H& h) -> FieldValue { return latency_field(h, "release_lateness", &Latency::p50); }},
     {{"LATENESS_P99", T::f32, "us", "Lateness of rows, 99 %"},
-     [](const H& h) -> FieldValue { return latency(h, "release_lateness", &Latency::p99); }},
+     [](const H& h) -> FieldValue { return latency_field(h, "release_lateness", &Latency::p99); }},
     {{"LATENESS_MAX", T::f32, "us", "Lateness of the latest row"},
-     [](const H& h) -> FieldValue { return latency(h, "release_lateness", &Latency::max); }},
+     [](const H& h) -> FieldValue { return latency_field(h, "release_lateness", &Latency::max); }},
     {{"REPORTS", T::u32, "", "Frame reports that this program has sent, of all cameras"},
      [](const H& h) -> FieldValue { return std::uint64_t{h.own.reports}; }},
     {{"REPORTS_LOST", T::u32, "", "Frames for which it had none"},
@@ -228,7 +228,7 @@ std::vector<std::uint8_t> pack(const Rows& rows, const Source& source, std::uint
     out.number(time.seconds, bytes_of(header_of_telemetry[1].type));
     out.number(time.fraction, bytes_of(header_of_telemetry[2].type));
     for (const auto& row : rows)
-        out.number(encode(row.info.type, value_of(row, source)), bytes_of(row.info.type));
+        out.number(encode(row.info.type, field_value(row, source)), bytes_of(row.info.type));
     const PacketHeader primary{false, true, apid, sequence};
     sequence = static_cast<std::uint16_t>((sequence + 1U) % sequence_modulus);
     return make_packet(primary, out.bytes());

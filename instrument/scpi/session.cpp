@@ -17,7 +17,7 @@ bool is_command_error(ScpiCode code) {
     return static_cast<int>(code) > -200 && code != ScpiCode::no_error;
 }
 
-std::string text_of(const ProgramUnit& unit) {
+std::string response_text(const ProgramUnit& unit) {
     return fmt::format("{}{}{}", unit.common ? "*" : "", fmt::join(unit.header, ":"), unit.query ? "?" : "");
 }
 
@@ -34,14 +34,14 @@ std::string ScpiSession::execute(const ProgramUnit& unit, bool message_available
     if (!unit.common) path_.assign(header.begin(), header.end() - 1);
     const std::optional<CommandTable::Found> found = context_.table.find(header, unit.common);
     if (!found || (unit.query ? found->command->query : found->command->set) == nullptr)
-        throw ScpiError(ScpiCode::undefined_header, text_of(unit));
+        throw ScpiError(ScpiCode::undefined_header, response_text(unit));
     const Command& command = *found->command;
-    if (found->suffix == 0) throw ScpiError(ScpiCode::header_suffix_out_of_range, text_of(unit));
+    if (found->suffix == 0) throw ScpiError(ScpiCode::header_suffix_out_of_range, response_text(unit));
     const std::size_t count = unit.parameters.size();
     if (count < (unit.query ? command.query_least : command.least))
-        throw ScpiError(ScpiCode::missing_parameter, text_of(unit));
+        throw ScpiError(ScpiCode::missing_parameter, response_text(unit));
     if (count > (unit.query ? command.query_most : command.most))
-        throw ScpiError(ScpiCode::parameter_not_allowed, text_of(unit));
+        throw ScpiError(ScpiCode::parameter_not_allowed, response_text(unit));
     if (!unit.query && command.changes_camera && !may_change_)
         throw ScpiError(ScpiCode::command_protected, "this port is for queries only");
     const ScpiHandler handler = unit.query ? command.query : command.set;

@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t most_token_bytes = 256;
 
-[[noreturn]] void refuse(std::string_view why) {
+[[noreturn]] void refuse_message(std::string_view why) {
     throw InputError(std::string(why));
 }
 
@@ -26,23 +26,23 @@ std::uint32_t number_of(const Json& view, const char* name, std::uint32_t most, 
     const auto found = view.find(name);
     if (found == view.end()) return by_default;
     if (!found->is_number_unsigned() || found->get<std::uint64_t>() > most)
-        refuse(fmt::format("view: {}: a whole number from 0 to {}", name, most));
+        refuse_message(fmt::format("view: {}: a whole number from 0 to {}", name, most));
     return found->get<std::uint32_t>();
 }
 
-ViewRequest view_of(const Json& json) {
-    if (!json.is_object()) refuse("view: an object");
+ViewRequest requested_view(const Json& json) {
+    if (!json.is_object()) refuse_message("view: an object");
     constexpr std::array allowed{"camera", "x", "y", "w", "h", "bin", "reduce", "max_hz", "enc"};
     for (const auto& [key, value] : json.items())
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
-            refuse(fmt::format("view: allowed are {}", fmt::join(allowed, ", ")));
+            refuse_message(fmt::format("view: allowed are {}", fmt::join(allowed, ", ")));
     ViewRequest out;
     const auto text = [&json](const char* name) {
         const auto found = json.find(name);
         return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
     };
     const std::optional<CameraId> camera = camera_id_of(text("camera"));
-    if (!camera) refuse("view: camera: the id of a camera, as \"4711-0\"");
+    if (!camera) refuse_message("view: camera: the id of a camera, as \"4711-0\"");
     out.camera = *camera;
     View& view = out.view;
     view.x = number_of(json, "x", View::most_side, 0);
@@ -51,21 +51,21 @@ ViewRequest view_of(const Json& json) {
     view.height = number_of(json, "h", View::most_side, 0);
     view.bin = number_of(json, "bin", View::most_bin, 1);
     if (view.bin == 0 || (view.bin & (view.bin - 1)) != 0)
-        refuse(fmt::format("view: bin: a power of two from 1 to {}", View::most_bin));
+        refuse_message(fmt::format("view: bin: a power of two from 1 to {}", View::most_bin));
     if (json.contains("reduce")) {
         const std::optional<Reduce> reduce = enum_named<Reduce>(text("reduce"));
-        if (!reduce) refuse("view: reduce: max or mean");
+        if (!reduce) refuse_message("view: reduce: max or mean");
         view.reduce = *reduce;
     }
     if (json.contains("enc")) {
         const std::optional<PictureEncoding> encoding = enum_named<PictureEncoding>(text("enc"));
-        if (!encoding) refuse("view: enc: u16, jpeg or auto");
+        if (!encoding) refuse_message("view: enc: u16, jpeg or auto");
         out.encoding = *encoding;
     }
     if (const auto hz = json.find("max_hz"); hz != json.end()) {
         // Not a number fails, too.
         if (!hz->is_number() || !(hz->get<double>() >= 0.1 && hz->get<double>() <= ViewRequest::most_hz))
-            refuse(fmt::format("view: max_hz: a number from 0.1 to {}", ViewRequest::most_hz));
+            refuse_message(fmt::format("view: max_hz: a number from 0.1 to {}", ViewRequest::most_hz));
         out.max_hz = hz->get<double>();
     }
     return out;
@@ -90,21 +90,21 @@ std::optional<CameraId> camera_id_of(std::string_view text) {
 ViewerMessage viewer_message_of(std::string_view text) {
     const Json json = Json::parse(text, nullptr, false);
     if (!json.is_object() || json.size() != 1)
-        refuse(R"(a message is {"token": TOKEN}, {"view": {...}} or {"ready": true})");
+        refuse_message(R"(a message is {"token": TOKEN}, {"view": {...}} or {"ready": true})");
     ViewerMessage message;
     const std::string& kind = json.begin().key();
     const Json& value = json.begin().value();
     if (kind == "token") {
         if (!value.is_string() || value.get_ref<const std::string&>().size() > most_token_bytes)
-            refuse(fmt::format("token: a text of at most {} bytes", most_token_bytes));
+            refuse_message(fmt::format("token: a text of at most {} bytes", most_token_bytes));
         message.token = value.get<std::string>();
     } else if (kind == "view") {
-        message.view = view_of(value);
+        message.view = requested_view(value);
     } else if (kind == "ready") {
-        if (value != true) refuse("ready: true");
+        if (value != true) refuse_message("ready: true");
         message.ready = true;
     } else {
-        refuse("allowed are token, view and ready");
+        refuse_message("allowed are token, view and ready");
     }
     return message;
 }

@@ -28,7 +28,7 @@ using tcp = asio::ip::tcp;
 using ErrorCode = beast::error_code;
 
 /// For the handshake, and for the farewell.
-constexpr std::chrono::seconds handshake_time{5}, farewell_time{1};
+constexpr std::chrono::seconds tls_handshake_time{5}, farewell_time{1};
 constexpr std::size_t farewell_bytes = std::size_t{1} << 20;
 
 constexpr std::string_view not_tls =
@@ -118,7 +118,7 @@ struct Stream::Secure final : Layers {
     Secure(tcp::socket socket, ssl::context& context) : stream(std::move(socket), context) {}
     beast::tcp_stream& tcp() noexcept override { return stream.next_layer(); }
     void start(std::function<void(ErrorCode)> done) override {
-        tcp().expires_after(handshake_time);
+        tcp().expires_after(tls_handshake_time);
         beast::async_detect_ssl(tcp(), early,
                                 [this, done = std::move(done)](ErrorCode error, bool is_tls) mutable {
                                     if (error)
