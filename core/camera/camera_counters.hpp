@@ -51,7 +51,7 @@ struct QualityCounters {
     std::uint64_t failed = 0;                               ///< of those: their error is above the floor
     std::array<std::uint64_t, quality_level_count> worst{}; ///< frames by the worst level of their rows
 
-    // Of the last frame rendered; from two consecutive ones if it is read meanwhile.
+    // The last frame rendered; from two consecutive ones if it is read meanwhile.
     QualityLevel last_level = QualityLevel::full;
     std::uint32_t last_reasons = 0;
     std::int32_t last_rows_degraded = 0;
@@ -72,8 +72,8 @@ struct CameraCounters {
     std::uint64_t dropped = 0;          ///< pool empty, or no transport took the frame
     LodCounters lod;                    ///< frames with tiles missing
     std::uint64_t frames = 0;           ///< frames passed to at least one transport
-    /// Of those, frames that viewers alone have taken: each transport for receivers refused them, because it
-    /// has none, or no room.
+    /// Frames of `frames` that viewers alone have taken: each transport for receivers refused them, because
+    /// it has none, or no room.
     std::uint64_t unsent = 0;
     std::uint64_t complete = 0; ///< frames with all rows released
     std::uint64_t late = 0;     ///< complete frames with rows that were not ready in time
