@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "serve/render_call.hpp"
 
+#include "core/camera/setting_table.hpp"
 #include "core/error.hpp"
 #include "core/io/memory_budget.hpp"
 #include "renderer/world/scene_poses.hpp"
@@ -142,6 +143,8 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
     std::uint32_t most_samples = 65536;
 
     service::Fields fields() {
+        constexpr const Setting& gain = setting("Gain");
+        const SettingRange gain_range = *widest_range(gain);
         return {
             {config::key("time_s", &time_s)
                  .unit("s")
@@ -184,7 +187,10 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
                  .help("Number of the frame; frames of different numbers have different noise"),
              config::key("truth", &truth)
                  .help("Also tell the poses of camera and bodies, and where they are in the sensor"),
-             config::key("gain_db", &gain_db).unit("dB").range(0, 48).help("With a sensor: analog gain"),
+             config::key("gain_db", &gain_db)
+                 .unit(gain.unit)
+                 .range(gain_range.minimum, gain_range.maximum)
+                 .help("With a sensor: analog gain"),
              config::key("run", &run)
                  .help("With a sensor: run word; frames of different ones have different temporal noise"),
              config::key("codec", &codec)

@@ -4,10 +4,8 @@ import {html, useState} from "./vendor/preact-htm.js";
 import {figure} from "./format.js";
 import {rangeOf} from "./live_panels.js";
 
-/** SFNC category by the beginning of the name, where the row does not tell. */
-const CATEGORIES = [["ImageFormatControl", /^(Width|Height|Offset|Pixel|TestPattern)/], ["AcquisitionControl", /^(Exposure|Acquisition|Trigger)/],
-                    ["AnalogControl", /^(Gain|BlackLevel)/], ["Other", /./]];
-const categoryOf = (row) => row.category ?? CATEGORIES.find(([, names]) => names.test(row.name))[0];
+/** SFNC category, where the row tells it. */
+const categoryOf = (row) => row.category ?? "Other";
 /** Words of a category's name: "AcquisitionControl" reads "Acquisition control". */
 const titleOf = (category) => category.replace(/([a-z])([A-Z][a-z])/g, (_, a, b) => `${a} ${b.toLowerCase()}`);
 const LEVELS = ["Beginner", "Expert", "Guru"];

@@ -57,8 +57,9 @@ Status load_set(DeviceContext& d, std::uint32_t) {
 }
 
 constexpr std::array sequencer_feature_selector_entries{
-    entry("ExposureTime", 0), entry("Gain", 1),    entry("BlackLevel", 2),
-    entry("OffsetX", 3),      entry("OffsetY", 4),
+    entry(setting("ExposureTime").name, 0), entry(setting("Gain").name, 1),
+    entry(setting("BlackLevel").name, 2),   entry(setting("OffsetX").name, 3),
+    entry(setting("OffsetY").name, 4),
 };
 
 constexpr std::array sequencer_trigger_source_entries{
