@@ -467,7 +467,7 @@ def as_admin(window, double):
     press_button(window, "disconnect ...")
     check("a question comes first", double.asked == [] and window.wait_for("document.querySelector('.confirm')?.textContent.includes('192.168.1.20:50211')", 20))
     press_button(window, "yes, disconnect")
-    check("then control is taken away", window.wait_for("document.querySelector('.items').textContent.includes('controlled bynobody')", 60) and [p.rsplit("/", 1)[1] for _, p, _ in double.asked] == ["release"], double.asked)
+    check("then control is taken away", window.wait_for("document.querySelector('.items').textContent.includes('controlled bynone')", 60) and [p.rsplit("/", 1)[1] for _, p, _ in double.asked] == ["release"], double.asked)
     go(window, "system")
     press_button(window, "reload the file ...")
     press_button(window, "no")
