@@ -117,7 +117,9 @@ constexpr std::array quality_fields{
         .as_column(45, "quality_reasons"),
     field<&Q::groups>("groups").at(0x008),
     field<&Q::group_rows>("group_rows").at(0x00c).as_member(),
-    field<&Q::group_level>("group_level").at(0x0c8).as_member("group_levels"),
+    field<&Q::group_level>("group_level").at(0x0c8).as_member("group_levels").with_used([](const Q& q) {
+        return std::size_t{q.groups};
+    }),
     field<&Q::rows_degraded>("rows_degraded")
         .at(0x018)
         .as_feature("ChunkQualityRowsDegraded", "Rows of levels other than full")

@@ -76,6 +76,18 @@ struct FrameHead {
     std::uint32_t line_status = 0, sequencer_set = 0;
 };
 
+/// What calls and the web server tell of a frame, besides its pixels and its place in a series.
+struct FrameAnswer {
+    std::uint64_t frame = 0, trigger = 0;
+    std::int64_t edge_tai_ns = 0;
+    double exposure_us = 0, gain_db = 0;
+    std::uint32_t bits = 0;
+    std::int64_t mid_exposure_tai_ns = 0;
+    std::array<double, 3> camera_position_m{};  ///< at mid-exposure, inertial
+    std::array<double, 4> camera_orientation{}; ///< scalar first, from camera to inertial axes
+};
+[[nodiscard]] FrameAnswer answer_of(const FrameInfo& info) noexcept;
+
 /// Age of a body's pose: apart from BodyTruth, because it came into the chunk later.
 struct BodyAge {
     double pose_age_s = 0;
@@ -106,13 +118,15 @@ struct FrameRecord {
     FrameQuality quality;
 };
 
-/// Fields of a frame's values: FrameHead, FrameWindow, RowTime, GroundTruth, BodyTruth, BodyAge, TruthEntry,
-/// FrameQuality, and FrameRecord, whose quality stands in FrameQuality. In the order of features and members.
-/// Static storage.
+/// Fields of a frame's values: FrameHead, FrameAnswer, FrameWindow, RowTime, GroundTruth, BodyTruth, BodyAge,
+/// TruthEntry, FrameQuality, and FrameRecord, whose quality stands in FrameQuality. In the order of features
+/// and members. Static storage.
 template<typename Owner>
 [[nodiscard]] std::span<const RecordField<Owner>> record_fields() noexcept;
 template<>
 std::span<const RecordField<FrameHead>> record_fields() noexcept;
+template<>
+std::span<const RecordField<FrameAnswer>> record_fields() noexcept;
 template<>
 std::span<const RecordField<FrameWindow>> record_fields() noexcept;
 template<>

@@ -51,20 +51,26 @@ struct RecordField {
     void (*set)(Owner& owner, std::size_t element, const FieldValue& value) = nullptr;
     /// Name of an enumerator; null for numbers.
     std::string_view (*text)(const Owner& owner, std::size_t element) = nullptr;
-    std::string_view unit = {};
+    /// Elements that hold something, of an array that is not always full; null: all.
+    std::size_t (*used)(const Owner& owner) = nullptr;
+    std::string_view unit = "", help = ""; ///< for features and calls
 
     // Chunk. Fields of items of a list count their offset from the beginning of the item.
     bool in_chunk = false;
     std::size_t offset = 0;
     double chunk_scale = 1; ///< a unit of the chunk is so many of the member
-    std::string_view feature = {}, feature_help = {};
+    std::string_view feature = "";
     bool custom = true; ///< the feature is not of SFNC
 
-    std::string_view card = {}, card_help = {}; ///< FITS key, or what follows the prefix of an item
-    std::string_view member = {};               ///< of JSON
+    std::string_view card = "", card_help = ""; ///< FITS key, or what follows the prefix of an item
+    int card_place = 0;                         ///< fields with a larger one come later among cards
+    std::string_view card_ends = "";            ///< arrays: last letter of the key of each element
+    double card_scale = 0;                      ///< reals: a unit of the card is so many; 0: 1
+    std::string_view member = "";               ///< of JSON
+    std::string_view header = "";               ///< of HTTP, behind X-Obscura-
 
     // Timing file: a whole number.
-    std::string_view column = {};
+    std::string_view column = "";
     int column_place = -1;   ///< from 0; new columns come last
     double column_scale = 0; ///< rounded multiple of the value; 0: the value without its fraction
     bool is_instant = false; ///< 0: the frame does not have it
@@ -76,13 +82,15 @@ struct RecordField {
         out.in_chunk = true, out.offset = byte, out.chunk_scale = scale;
         return out;
     }
-    [[nodiscard]] constexpr RecordField as_feature(std::string_view title, std::string_view help = {}) const {
+    [[nodiscard]] constexpr RecordField as_feature(std::string_view title,
+                                                   std::string_view text_of_help = {}) const {
         RecordField out = *this;
-        out.feature = title, out.feature_help = help;
+        out.feature = title, out.help = text_of_help;
         return out;
     }
-    [[nodiscard]] constexpr RecordField as_sfnc(std::string_view title, std::string_view help = {}) const {
-        RecordField out = as_feature(title, help);
+    [[nodiscard]] constexpr RecordField as_sfnc(std::string_view title,
+                                                std::string_view text_of_help = {}) const {
+        RecordField out = as_feature(title, text_of_help);
         out.custom = false;
         return out;
     }
@@ -91,14 +99,36 @@ struct RecordField {
         out.unit = unit_name;
         return out;
     }
-    [[nodiscard]] constexpr RecordField as_card(std::string_view key, std::string_view help) const {
+    [[nodiscard]] constexpr RecordField as_card(std::string_view key, std::string_view text_of_help,
+                                                int place = 0) const {
         RecordField out = *this;
-        out.card = key, out.card_help = help;
+        out.card = key, out.card_help = text_of_help, out.card_place = place;
         return out;
     }
     [[nodiscard]] constexpr RecordField as_member(std::string_view title = {}) const {
         RecordField out = *this;
         out.member = title.empty() ? name : title;
+        return out;
+    }
+    [[nodiscard]] constexpr RecordField with_help(std::string_view text_of_help) const {
+        RecordField out = *this;
+        out.help = text_of_help;
+        return out;
+    }
+    [[nodiscard]] constexpr RecordField as_header(std::string_view title) const {
+        RecordField out = *this;
+        out.header = title;
+        return out;
+    }
+    [[nodiscard]] constexpr RecordField as_cards(std::string_view key, std::string_view ends,
+                                                 std::string_view text_of_help, int place) const {
+        RecordField out = as_card(key, text_of_help, place);
+        out.card_ends = ends;
+        return out;
+    }
+    [[nodiscard]] constexpr RecordField in_cards_over(double scale) const {
+        RecordField out = *this;
+        out.card_scale = scale;
         return out;
     }
     [[nodiscard]] constexpr RecordField as_column(int place, std::string_view title = {},
@@ -116,6 +146,11 @@ struct RecordField {
     [[nodiscard]] constexpr RecordField from_the_first() const {
         RecordField out = *this;
         out.in_first_files = true;
+        return out;
+    }
+    [[nodiscard]] constexpr RecordField with_used(std::size_t (*number)(const Owner&)) const {
+        RecordField out = *this;
+        out.used = number;
         return out;
     }
     /// One element of the array.

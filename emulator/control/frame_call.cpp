@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/frame_call.hpp"
 
+#include "core/camera/frame_record.hpp"
+#include "host/frame_members.hpp"
 #include "transports/watch/watch.hpp"
 
 #include <fmt/format.h>
 
 #include <chrono>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -37,10 +40,6 @@ struct Arguments {
              config::key("codec", &codec).help("How the pixels are compressed")}};
     }
 };
-
-json json_of(const Vec3& v) {
-    return {v.x, v.y, v.z};
-}
 
 Answer answer_of(transports::WatchedFrame& frame, const Arguments& arguments) {
     const FrameInfo& info = frame.info;
@@ -167,32 +166,26 @@ std::vector<service::Result> frame_results() {
     return all;
 }
 
+/// Type of a field in the reference of calls.
+std::string_view result_type(const RecordField<FrameAnswer>& field) {
+    if (field.count == 3) return "array of 3 numbers";
+    if (field.count == 4) return "array of 4 numbers";
+    return field.form == FieldForm::f64 ? "number" : "integer";
+}
+
 } // namespace
 
 json frame_head(const FrameInfo& info) {
-    const Quat& q = info.truth.camera.orientation;
-    return {{"frame", info.frame_id},
-            {"trigger", info.trigger_id},
-            {"edge_tai_ns", info.trigger_edge.ns + info.tai_offset_ns},
-            {"exposure_us", static_cast<double>(info.exposure_ns) / 1e3},
-            {"gain_db", info.gain_db},
-            {"bits", info.bits_per_pixel},
-            {"mid_exposure_tai_ns", info.truth.mid_exposure.ns + info.tai_offset_ns},
-            {"camera_position_m", json_of(info.truth.camera.position_m)},
-            {"camera_orientation", {q.w, q.x, q.y, q.z}}};
+    json head;
+    host::add_members(head, obscura::answer_of(info));
+    return head;
 }
 
 std::vector<service::Result> frame_head_results() {
-    return {{"frame", "integer", "", "Number of the frame in its acquisition"},
-            {"trigger", "integer", "", "Number of the trigger"},
-            {"edge_tai_ns", "integer", "ns", "Instant of the trigger's edge, TAI"},
-            {"exposure_us", "number", "us", "ExposureTime"},
-            {"gain_db", "number", "dB", "Gain"},
-            {"bits", "integer", "", "Digital numbers are less than 2^bits"},
-            {"mid_exposure_tai_ns", "integer", "ns", "Middle of the exposure, TAI"},
-            {"camera_position_m", "array of 3 numbers", "m", "True position of the camera then, inertial"},
-            {"camera_orientation", "array of 4 numbers", "",
-             "Quaternion w, x, y, z: from camera to inertial axes"}};
+    std::vector<service::Result> results;
+    for (const RecordField<FrameAnswer>& field : record_fields<FrameAnswer>())
+        results.push_back({field.member, result_type(field), field.unit, field.help});
+    return results;
 }
 
 service::Call frame_call(const CameraCalls::Cameras& cameras) {

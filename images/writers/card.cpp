@@ -106,9 +106,6 @@ Cards quality_cards(const FrameQuality& quality) {
 Cards frame_cards(const Frame& frame) {
     const FrameInfo& info = frame.info;
     const auto whole = [](auto value) { return static_cast<std::int64_t>(value); };
-    const auto flagged = [set = frame.flags.load(std::memory_order_relaxed)](FrameFlag flag) {
-        return (set & flag) != 0;
-    };
     Cards cards{
         {"FRAMEID", whole(info.frame_id), "counts from 1 at acquisition start"},
         {"TRIGID", whole(info.trigger_id), "trigger that asked for the frame"},
@@ -123,21 +120,21 @@ Cards frame_cards(const Frame& frame) {
         {"PARTIAL", !frame.complete(), "rows at the bottom are missing"},
         {"CLKSTATE", std::string(name_of(frame.info.clock_state)),
          "of what triggered: free, locked, holdover"},
-        {"LATE", flagged(frame_late), "a row was late"},
-        {"STALLED", flagged(frame_stalled), "a row was ready in time and left late"},
-        {"DEGRADED", flagged(frame_degraded), "a row is not of full quality"},
-        {"NOLAG", flagged(frame_lag_unknown), "image lag of the frame before is missing"},
     };
+    const std::uint32_t flags = frame.flags.load(std::memory_order_relaxed);
+    for (const FlagCard& card : flag_cards)
+        if (card.flag != frame_partial)
+            cards.push_back({std::string(card.key), (flags & card.flag) != 0, std::string(card.comment)});
     const Cards camera = intrinsics_cards(info.truth.intrinsics);
     cards.insert(cards.end(), camera.begin(), camera.end());
     if (info.window_count > 0) {
         cards.push_back({"OFFSETX", whole(info.windows[0].sensor.x), "[px] first sensor column"});
         cards.push_back({"OFFSETY", whole(info.windows[0].sensor.y), "[px] first sensor row"});
         const auto count = std::min<std::size_t>(info.window_count, max_windows);
-        std::array<std::uint32_t, max_windows> flags{};
+        std::array<std::uint32_t, max_windows> window_flags{};
         for (std::size_t i = 0; i < count; ++i)
-            flags[i] = frame.window_flags(i);
-        const Cards windows = window_cards(std::span(info.windows).first(count), flags);
+            window_flags[i] = frame.window_flags(i);
+        const Cards windows = window_cards(std::span(info.windows).first(count), window_flags);
         cards.insert(cards.end(), windows.begin(), windows.end());
     }
     const FrameQuality& quality = info.quality;

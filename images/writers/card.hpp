@@ -4,9 +4,11 @@
 
 #include "core/camera/frame.hpp"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -19,6 +21,19 @@ struct Card {
     std::string comment; ///< begins with the unit in brackets, as in FITS
 };
 using Cards = std::vector<Card>;
+
+/// Card that tells whether a frame has a flag.
+struct FlagCard {
+    FrameFlag flag;
+    std::string_view key, comment;
+};
+inline constexpr std::array flag_cards{
+    FlagCard{frame_partial, "PARTIAL", "rows at the bottom are missing"},
+    FlagCard{frame_late, "LATE", "a row was late"},
+    FlagCard{frame_stalled, "STALLED", "a row was ready in time and left late"},
+    FlagCard{frame_degraded, "DEGRADED", "a row is not of full quality"},
+    FlagCard{frame_lag_unknown, "NOLAG", "image lag of the frame before is missing"},
+};
 
 /// Metadata of a frame: ids, times, settings and the poses of the ground truth. Reproducible: the same frame
 /// gives the same cards, without wall-clock time.

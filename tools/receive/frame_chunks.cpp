@@ -4,6 +4,7 @@
 #include "core/camera/frame_flags.hpp"
 #include "core/camera/frame_record.hpp"
 #include "core/error.hpp"
+#include "host/frame_members.hpp"
 #include "images/writers/truth_table.hpp"
 #include "transports/gige/wire/chunk.hpp"
 
@@ -11,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <type_traits>
 #include <utility>
 
 namespace obscura::tools {
@@ -120,32 +120,6 @@ Json entry_json(const SceneTruth& truth, const TruthEntry& entry) {
     return out;
 }
 
-/// Levels of the groups that the frame has.
-Json levels_json(const RecordField<FrameQuality>& field, const FrameQuality& quality) {
-    Json levels = Json::array();
-    for (std::size_t g = 0; g < quality.groups; ++g)
-        levels.push_back(field.text(quality, g));
-    return levels;
-}
-
-/// The fields of a record that are members of JSON.
-template<typename Owner>
-void add_members(Json& out, const Owner& owner) {
-    for (const RecordField<Owner>& field : record_fields<Owner>()) {
-        if (field.member.empty()) continue;
-        Json& value = out[std::string(field.member)];
-        if constexpr (std::is_same_v<Owner, FrameQuality>)
-            if (field.count > 1) {
-                value = levels_json(field, owner);
-                continue;
-            }
-        if (field.text != nullptr)
-            value = field.text(owner, field.first);
-        else
-            std::visit([&value](const auto& v) { value = v; }, field.get(owner, field.first));
-    }
-}
-
 Json pose_json(const Pose& pose, double age_s) {
     const Quat& q = pose.orientation;
     return Json{{"position_m", vector_json(pose.position_m)},
@@ -234,7 +208,7 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
     out["windows"] = Json::array();
     for (std::size_t i = 0; i < c.windows.size(); ++i) {
         Json window{{"region", c.regions[i]}};
-        add_members(window, c.windows[i]);
+        host::add_members(window, c.windows[i]);
         out["windows"].push_back(std::move(window));
     }
     out["rows"] = Json::array();
@@ -243,7 +217,7 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
     out["truth_table"] = Json::array();
     for (const TruthEntry& entry : c.truth_table.entries)
         out["truth_table"].push_back(entry_json(c.truth_table, entry));
-    add_members(out["quality"], c.quality);
+    host::add_members(out["quality"], c.quality);
     out["truth_entries_left_out"] = c.truth_table.entries_left_out;
     return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/api/frame_file.hpp"
 
+#include "core/camera/frame_record.hpp"
 #include "core/error.hpp"
 #include "core/spectral_band.hpp"
 #include "host/answer_cards.hpp"
@@ -15,7 +16,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -36,8 +36,12 @@ Json known_of(const Json& head, std::size_t width, std::size_t height) {
     Json known = head;
     known["id"] = head.value("number", std::int64_t{0});
     known.erase("number");
-    for (const char* name : {"id", "frame", "trigger", "edge_tai_ns", "mid_exposure_tai_ns"})
+    const auto as_text = [&known](const std::string& name) {
         known[name] = std::to_string(known.value(name, std::int64_t{0}));
+    };
+    as_text("id");
+    for (const RecordField<FrameAnswer>& field : record_fields<FrameAnswer>())
+        if (field.form == FieldForm::u64 || field.form == FieldForm::i64) as_text(std::string(field.member));
     known["width"] = width;
     known["height"] = height;
     return known;
@@ -146,23 +150,19 @@ Response FrameFiles::response(std::string_view format, const KeptFrame& frame, c
         response.body = format == "jpg" ? jpeg_file(shown, frame) : file(format, shown);
     for (const FrameForm& form : frame_forms())
         if (response.type.empty() && form.suffix == format) response.type = form.type;
-    constexpr std::array<std::pair<const char*, const char*>, 11> headers{
-        {{"X-Obscura-Id", "id"},
-         {"X-Obscura-Frame", "frame"},
-         {"X-Obscura-Trigger", "trigger"},
-         {"X-Obscura-Edge-TAI-ns", "edge_tai_ns"},
-         {"X-Obscura-Width", "width"},
-         {"X-Obscura-Height", "height"},
-         {"X-Obscura-Bits", "bits"},
-         {"X-Obscura-Exposure-us", "exposure_us"},
-         {"X-Obscura-Gain-dB", "gain_db"},
-         {"X-Obscura-Rows", "rows"},
-         {"X-Obscura-Flags", "flags"}}};
-    for (const auto& [header, name] : headers) {
-        const Json value = known.value(name, Json());
-        if (value.is_null()) continue;
-        response.headers.emplace_back(header, value.is_string() ? value.get<std::string>() : dumped(value));
-    }
+    const auto add_header = [&](std::string_view header, std::string_view name) {
+        const Json value = known.value(std::string(name), Json());
+        if (value.is_null()) return;
+        response.headers.emplace_back(fmt::format("X-Obscura-{}", header),
+                                      value.is_string() ? value.get<std::string>() : dumped(value));
+    };
+    add_header("Id", "id");
+    for (const RecordField<FrameAnswer>& field : record_fields<FrameAnswer>())
+        if (!field.header.empty()) add_header(field.header, field.member);
+    add_header("Width", "width");
+    add_header("Height", "height");
+    add_header("Rows", "rows");
+    add_header("Flags", "flags");
     // The edge tells frames of a process from those of an earlier one with its number.
     response.headers.emplace_back("ETag", fmt::format("\"{}.{}.{}.{}{}\"", to_text(frame.camera),
                                                       known["id"].get<std::string>(),

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/live/kept_frames.hpp"
 
+#include "core/camera/frame_record.hpp"
+#include "host/frame_members.hpp"
+
 #include <algorithm>
 #include <utility>
 
@@ -12,19 +15,16 @@ std::shared_ptr<const KeptFrame> kept_frame(const CameraId& camera, const transp
     auto kept = std::make_shared<KeptFrame>();
     kept->camera = camera;
     kept->number = header.number;
-    kept->head = {{"number", header.number},
-                  {"skipped", 0},
-                  {"frame", header.frame_id},
-                  {"trigger", header.trigger_id},
-                  {"edge_tai_ns", header.edge_tai_ns},
-                  {"exposure_us", static_cast<double>(header.exposure_ns) / 1e3},
-                  {"gain_db", header.gain_db},
-                  {"bits", header.bits},
-                  {"rows", header.rows},
-                  {"flags", header.flags},
-                  {"mid_exposure_tai_ns", header.mid_exposure_tai_ns},
-                  {"camera_position_m", pose.position_m},
-                  {"camera_orientation", pose.orientation}};
+    kept->head = {{"number", header.number}, {"skipped", 0}, {"rows", header.rows}, {"flags", header.flags}};
+    host::add_members(kept->head, FrameAnswer{.frame = header.frame_id,
+                                              .trigger = header.trigger_id,
+                                              .edge_tai_ns = header.edge_tai_ns,
+                                              .exposure_us = static_cast<double>(header.exposure_ns) / 1e3,
+                                              .gain_db = header.gain_db,
+                                              .bits = header.bits,
+                                              .mid_exposure_tai_ns = header.mid_exposure_tai_ns,
+                                              .camera_position_m = pose.position_m,
+                                              .camera_orientation = pose.orientation});
     kept->width = header.width;
     kept->height = header.height;
     kept->pixels.assign(frame.pixels.begin(), frame.pixels.end());

@@ -30,7 +30,7 @@ template<typename Owner>
 Feature feature_of(const RecordField<Owner>& field, const RecordPlace& place) {
     Feature out{.name = field.feature,
                 .custom = field.custom,
-                .tooltip = field.feature_help,
+                .tooltip = field.help,
                 .access = Access::read_only,
                 .address = static_cast<std::uint32_t>(place.begin + field.offset),
                 .bytes = static_cast<std::uint32_t>(bytes_of(field.form)),
