@@ -6,6 +6,7 @@
 #include "web/live/live_session.hpp"
 #include "web/live/mjpeg_session.hpp"
 #include "web/server/answer_writer.hpp"
+#include "web/server/endpoint.hpp"
 #include "web/server/problem.hpp"
 #include "web/server/stream.hpp"
 #include "web/server/worker.hpp"
@@ -21,7 +22,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <list>
 #include <map>
 #include <optional>
@@ -50,24 +50,6 @@ constexpr std::array<std::pair<const char*, const char*>, 6> headers_of_all{{
     {"Cross-Origin-Resource-Policy", "same-origin"},
     {"Cache-Control", "no-store"},
 }};
-
-tcp::endpoint endpoint_of(const std::string& address) {
-    const std::size_t colon = address.rfind(':');
-    const auto refuse = [&] {
-        throw InputError(fmt::format(
-            "\"{}\": an address and a port are allowed, like 127.0.0.1:8420 or [::1]:8420", address));
-    };
-    if (colon == std::string::npos) refuse();
-    std::string host = address.substr(0, colon);
-    if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-    ErrorCode error;
-    const asio::ip::address ip = asio::ip::make_address(host, error);
-    std::uint16_t port = 0;
-    const char* const end = address.data() + address.size();
-    const auto [stop, bad] = std::from_chars(address.data() + colon + 1, end, port);
-    if (error || bad != std::errc{} || stop != end) refuse();
-    return {ip, port};
-}
 
 /// Has a client's bytes wait here rather than in the system, where they would be old before they leave, and
 /// behind those of cameras on the same interface. Without effect on sockets that are not of TCP.
