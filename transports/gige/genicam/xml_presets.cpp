@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/gige/genicam/xml_presets.hpp"
+
+#include "config/document.hpp"
+#include "core/error.hpp"
+#include "transports/gige/genicam/user_xml.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace obscura::transports::gige {
+namespace {
+
+/// Throws ConfigError, which names no key.
+std::string contents_of(const std::string& file) {
+    constexpr std::uintmax_t bytes_max = 16U << 20;
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+    if (error) throw ConfigError(fmt::format("{}: {}", file, error.message()));
+    if (bytes == 0 || bytes > bytes_max)
+        throw ConfigError(fmt::format("{}: {} bytes, allowed are 1 to {}", file, bytes, bytes_max));
+    std::ifstream in(file, std::ios::binary);
+    std::string contents(std::istreambuf_iterator<char>(in), {});
+    if (!in) throw ConfigError(fmt::format("{}: cannot be read", file));
+    return contents;
+}
+
+/// Memory without addresses, sufficient to check a description.
+struct NoMemory final : GenicamEngine::Memory {
+    bool load(std::uint64_t /*address*/, std::span<std::uint8_t> /*out*/) override { return false; }
+    bool store(std::uint64_t /*address*/, std::span<const std::uint8_t> /*bytes*/) override { return false; }
+};
+
+std::string trimmed(const std::string& s) {
+    const std::size_t from = s.find_first_not_of(" \t\n"), to = s.find_last_not_of(" \t\n");
+    return from == std::string::npos ? std::string() : s.substr(from, to - from + 1);
+}
+
+} // namespace
+
+std::vector<XmlPreset> xml_presets_of(const std::string& values) {
+    std::vector<XmlPreset> presets;
+    for (std::size_t begin = 0; begin < values.size();) {
+        const std::size_t end = std::min(values.find(',', begin), values.size());
+        const std::string item = values.substr(begin, end - begin);
+        begin = end + 1;
+        if (trimmed(item).empty()) continue;
+        const std::size_t equals = item.find('=');
+        const bool has_value = equals != std::string::npos;
+        presets.push_back({trimmed(item), trimmed(item.substr(0, equals)),
+                           has_value ? trimmed(item.substr(equals + 1)) : "", has_value});
+    }
+    return presets;
+}
+
+std::string explain_bad_preset(const XmlPreset& preset, std::string_view why, const std::string& file) {
+    return fmt::format("\"{}\": {}, allowed is Feature=value of a feature in {}",
+                       config::printable(preset.item), why, file);
+}
+
+std::string read_xml_file(const std::string& file) {
+    try {
+        return contents_of(file);
+    } catch (const ConfigError& e) {
+        throw ConfigError(fmt::format("gige.xml: {}", e.what()));
+    }
+}
+
+std::string explain_invalid_xml(const std::string& file) {
+    NoMemory memory;
+    const auto quiet = GenicamEngine::suppress_messages();
+    std::string contents;
+    try {
+        contents = contents_of(file);
+    } catch (const ConfigError& e) {
+        return e.what();
+    }
+    try {
+        const GenicamEngine engine(contents, memory);
+    } catch (const ConfigError& e) {
+        return fmt::format("{}: {}", file, e.what());
+    }
+    return {};
+}
+
+std::string explain_invalid_values(const std::string& file, const std::string& values) {
+    NoMemory memory;
+    const auto quiet = GenicamEngine::suppress_messages();
+    const GenicamEngine engine(contents_of(file), memory);
+    for (const XmlPreset& preset : xml_presets_of(values)) {
+        if (!preset.has_value) return explain_bad_preset(preset, "no =", file);
+        if (engine.kind(preset.name) == GenicamEngine::Kind::absent)
+            return explain_bad_preset(preset, "no such feature", file);
+    }
+    return {};
+}
+
+} // namespace obscura::transports::gige
