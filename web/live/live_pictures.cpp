@@ -2,10 +2,9 @@
 #include "web/live/live_pictures.hpp"
 
 #include "core/error.hpp"
-#include "host/monitor_client.hpp"
 #include "web/live/jpeg.hpp"
+#include "web/live/live_viewers.hpp"
 
-#include <nlohmann/json.hpp>
 #include <poll.h>
 #include <sys/eventfd.h>
 
@@ -20,11 +19,8 @@ namespace obscura::web {
 namespace {
 
 using namespace std::chrono_literals;
-using transports::FrameRingReader;
 using transports::RingFrame;
 
-/// Daemons copy frames for this long after they have been asked to.
-constexpr std::chrono::nanoseconds watched{2s};
 /// A viewer that got a picture within this time is expected to ask for the next.
 constexpr auto expected = 1s;
 /// Viewers that have neither asked nor got anything for so long take no share of the budget.
@@ -33,12 +29,6 @@ constexpr auto share_period = 500ms;
 constexpr auto histogram_period = 500ms;
 /// Rings are looked at so often, should an event get lost.
 constexpr auto longest_wait = 250ms;
-/// Processes whose run is remembered while no daemon of that number answers.
-constexpr std::size_t most_runs = 64;
-/// Looks at the daemons without that of a camera until it has gone.
-constexpr int most_missed = 2;
-/// Half a picture more than the rate allows: frames at just that rate, at times that scatter, all pass.
-constexpr double pictures_at_once = 1.5;
 constexpr double seconds_at_once = 0.5; ///< of the budget
 
 FileDescriptor new_wake() {
@@ -67,55 +57,6 @@ bool is_shown(const transports::FrameRingHeader& frame) {
 }
 
 } // namespace
-
-/// A camera with viewers.
-struct LivePictures::Camera {
-    std::unique_ptr<const FrameRingReader> ring; ///< null: not yet
-    FileDescriptor news;
-    std::uint64_t oldest = 0;               ///< frames up to this serial number came before the first viewer
-    std::optional<Clock::time_point> asked; ///< when the daemon was last asked for its frames
-    int missed = 0;
-    std::int64_t tai_offset_ns = 0;      ///< TAI minus CLOCK_MONOTONIC, of the daemon
-    std::uint32_t width = 0, height = 0; ///< of the last frame; 0: none that can be shown
-
-    // The thread's: of the newest frame.
-    MadePictures made;
-    std::string histogram;
-    std::uint64_t histogram_of = 0;
-    Clock::time_point histogram_at{};
-};
-
-struct LivePictures::Viewer {
-    Deliver deliver;
-    std::optional<ViewRequest> request{};
-    bool ready = true;
-    bool changed = false; ///< the view, since the last picture
-    std::uint64_t last_serial = 0, last_number = 0;
-    Clock::time_point sent_at{};
-    Pace pace{pictures_at_once};
-    View view{}; ///< that it gets
-    bool jpeg = false;
-    double jpeg_share = Wish{}.jpeg_share;
-    double hz = 0;
-    std::uint64_t histogram_of = 0;
-    Clock::time_point histogram_at{};
-};
-
-/// A picture that is to be made, or the histogram alone of one that came too soon after another.
-struct LivePictures::Due {
-    bool picture = true;
-    ViewerId viewer = 0;
-    std::shared_ptr<Camera> camera;
-    CameraId id;
-    View view;
-    bool jpeg = false;
-    std::uint32_t flags = 0;
-    std::uint64_t last_number = 0;
-    bool histogram = false;
-    std::uint64_t histogram_of = 0;
-    Deliver deliver{};
-    Clock::time_point sent_at{};
-};
 
 LivePictures::LivePictures(double bytes_per_s, std::shared_ptr<WebFigures> figures,
                            std::shared_ptr<KeptFrames> frames)
@@ -199,7 +140,8 @@ void LivePictures::look_if_wanted(Viewer& viewer, std::unique_lock<std::mutex>& 
     std::function<void()> look;
     if (viewer.request && viewer.ready) {
         const auto camera = cameras_.find(viewer.request->camera);
-        if (camera != cameras_.end() && (!camera->second->asked || now - *camera->second->asked > watched))
+        if (camera != cameras_.end() &&
+            (!camera->second->asked || now - *camera->second->asked > frames_watched))
             look = look_;
     }
     lock.unlock();
@@ -225,104 +167,6 @@ bool LivePictures::is_seen(const CameraId& camera) const {
 std::size_t LivePictures::cameras() const {
     const std::lock_guard lock(mutex_);
     return cameras_.size();
-}
-
-void LivePictures::begin_anew(std::int64_t pid) {
-    frames_->forget(pid);
-    for (auto& [id, camera] : cameras_) {
-        if (id.pid != pid) continue;
-        camera = std::make_shared<Camera>(); // the memory of the one before gets no more frames
-        for (auto& [number, viewer] : viewers_) {
-            if (!viewer->request || viewer->request->camera != id) continue;
-            viewer->last_serial = viewer->last_number = viewer->histogram_of = 0;
-            viewer->histogram_at = {};
-        }
-    }
-    shares_changed_ = true;
-}
-
-void LivePictures::visit(const host::MonitorClient& daemon, const DaemonRun& run) {
-    const std::int64_t pid = run.pid;
-    struct Wanted {
-        CameraId id;
-        std::shared_ptr<Camera> camera;
-        double hz = 0;
-        bool has_ring = false;
-    };
-    std::vector<Wanted> wanted;
-    {
-        const std::lock_guard lock(mutex_);
-        const auto [known, is_new] = runs_.try_emplace(pid, run.started);
-        if (!is_new && std::exchange(known->second, run.started) != run.started) begin_anew(pid);
-        for (const auto& [id, camera] : cameras_) {
-            if (id.pid != pid) continue;
-            double hz = 0;
-            for (const auto& [number, viewer] : viewers_)
-                if (waits(*viewer) && viewer->request->camera == id)
-                    hz = std::max(hz, viewer->request->max_hz);
-            if (hz > 0) wanted.push_back({id, camera, hz, camera->ring != nullptr});
-        }
-    }
-    for (const Wanted& one : wanted) {
-        try {
-            std::unique_ptr<const FrameRingReader> ring;
-            std::vector<FileDescriptor> descriptors;
-            if (!one.has_ring) {
-                const nlohmann::ordered_json request{
-                    {"verb", "ring"}, {"camera", one.id.number}, {"pid", pid}};
-                (void)daemon.ask(request, &descriptors);
-                if (descriptors.size() != 2) throw InputError("the daemon hands over no frames");
-                ring = std::make_unique<const FrameRingReader>(descriptors[0]);
-            }
-            {
-                const std::lock_guard lock(mutex_);
-                Camera& camera = *one.camera;
-                if (ring) camera.ring = std::move(ring), camera.news = std::move(descriptors[1]);
-                const auto now = Clock::now();
-                if (!camera.asked || now - *camera.asked > watched) camera.oldest = camera.ring->newest();
-                camera.asked = now;
-            }
-            // Twice as often as pictures are wanted: frames do not come at the times when these are due.
-            const auto period_us = static_cast<std::uint64_t>(0.5e6 / one.hz);
-            const nlohmann::ordered_json told = daemon.ask(
-                {{"verb", "watch"}, {"camera", one.id.number}, {"pid", pid}, {"period_us", period_us}});
-            const std::lock_guard lock(mutex_);
-            one.camera->tai_offset_ns = told.value("tai_offset_ns", std::int64_t{0});
-        } catch (const Error& error) {
-            const std::lock_guard lock(mutex_);
-            gone(one.id, error.what());
-        }
-    }
-    if (!wanted.empty()) wake();
-}
-
-void LivePictures::visited(std::span<const std::int64_t> pids) {
-    const std::lock_guard lock(mutex_);
-    std::vector<CameraId> missing, unseen;
-    for (const auto& [id, camera] : cameras_) {
-        const bool there = std::find(pids.begin(), pids.end(), id.pid) != pids.end();
-        camera->missed = there ? 0 : camera->missed + 1;
-        if (camera->missed >= most_missed) missing.push_back(id);
-        if (!is_seen(id)) unseen.push_back(id);
-    }
-    for (const CameraId& id : missing)
-        gone(id, "no daemon of this process answers");
-    for (const CameraId& id : unseen)
-        cameras_.erase(id);
-    if (runs_.size() > most_runs)
-        std::erase_if(runs_, [&pids](const auto& run) {
-            return std::find(pids.begin(), pids.end(), run.first) == pids.end();
-        });
-}
-
-void LivePictures::gone(const CameraId& id, const std::string& why) {
-    cameras_.erase(id);
-    for (auto& [number, viewer] : viewers_) {
-        if (!viewer->request || viewer->request->camera != id) continue;
-        viewer->request.reset();
-        viewer->deliver({reason_text("gone", why), {}, nullptr});
-    }
-    shares_changed_ = true;
 }
 
 void LivePictures::work() {
@@ -445,7 +289,7 @@ void LivePictures::serve(std::vector<Due>& due, std::unique_lock<std::mutex>& lo
         const auto now = Clock::now();
         if (stopping_ || bytes_.time_of(1, now) > now) return;
         Camera& camera = *one.camera;
-        const FrameRingReader& ring = *camera.ring; // once there it stays as long as the camera
+        const transports::FrameRingReader& ring = *camera.ring; // once there it stays as long as the camera
         lock.unlock();
         const std::optional<RingFrame> frame = ring.read();
         bool whole = frame && is_shown(frame->header);
