@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/camera/frame_maker.hpp"
 
-#include "core/camera/image_pattern.hpp"
 #include "core/camera/scene_truth.hpp"
 #include "core/error.hpp"
 #include "core/realtime/realtime.hpp"
@@ -11,7 +10,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <numeric>
 #include <utility>
 
 namespace obscura::emulator {
@@ -24,13 +22,6 @@ constexpr std::size_t truth_workspace_bytes = std::size_t{16} << 20;
 sensors::WindowRequest request_of(const CameraWindow& w) {
     return {w.region, w.exposure_ns, w.sampling, w.reads};
 }
-
-/// Rows that the detector exposes and reports at a time: the first ones of a block can leave while it works
-/// on the others.
-constexpr std::int32_t rows_at_a_time = 64;
-/// Rows of a frame, and lines of a push-broom sensor's first block, that come first, each time twice as many:
-/// with a short exposure they are due soon.
-constexpr std::int32_t first_rows = 4;
 
 /// Whether rows are made of an earlier frame.
 bool uses_earlier(const FrameLight& light) {
@@ -359,56 +350,6 @@ std::span<const float> FrameMaker::render_block(std::uint32_t number, const std:
     return light;
 }
 
-void FrameMaker::note_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept {
-    set_lod_deficit(quality, work);
-    if (!(quality.lod_deficit_share > 0) && quality.tiles_missing == 0) return;
-    lod_frames_.fetch_add(1, std::memory_order_relaxed);
-    lod_tiles_.fetch_add(quality.tiles_missing, std::memory_order_relaxed);
-}
-
-/// Before the last rows are posted to the detector.
-void FrameMaker::finish_quality(Frame& frame, bool by_level) noexcept {
-    FrameQuality& quality = frame.info.quality;
-    quality.error_goal = static_cast<float>(settings_.target_error);
-    const std::span<const double> electrons = detector_.electrons_per_s_per_w_m2();
-    const LightUse use{.electrons_per_s_per_w_m2 = std::accumulate(electrons.begin(), electrons.end(), 0.0),
-                       .exposure_s = to_seconds(plan_.rows.front().read - plan_.rows.front().reset),
-                       .noise = sensors::pixel_noise(sensor_.detector, frame.info.gain_db)};
-    if (by_level)
-        render_thread_->describe(quality, use);
-    else if (!light_.levels.empty())
-        describe_levels(quality, light_.levels, plan_.height);
-    else if (render_thread_ != nullptr)
-        render_thread_->describe_moved(quality, use, plan_.height);
-    if (std::any_of(quality.group_level.begin(), quality.group_level.begin() + quality.groups, is_biased))
-        frame.flags.fetch_or(frame_biased, std::memory_order_relaxed);
-    worst_[static_cast<std::size_t>(quality.level_max)].fetch_add(1, std::memory_order_relaxed);
-    last_level_.store(quality.level_max, std::memory_order_relaxed);
-    last_reasons_.store(quality.reasons, std::memory_order_relaxed);
-    last_rows_degraded_.store(quality.rows_degraded, std::memory_order_relaxed);
-    last_error_.store(quality.error_rms, std::memory_order_relaxed);
-    last_margin_us_.store(quality.margin_us, std::memory_order_relaxed);
-    if (quality.level_max == QualityLevel::full) return;
-    frame.flags.fetch_or(frame_degraded, std::memory_order_relaxed);
-    degraded_.fetch_add(1, std::memory_order_relaxed);
-    if (settings_.floor > 0 && static_cast<double>(quality.error_rms) > settings_.floor)
-        failed_.fetch_add(1, std::memory_order_relaxed);
-}
-
-QualityCounters FrameMaker::quality_counters() const noexcept {
-    QualityCounters c;
-    c.degraded = degraded_.load(std::memory_order_relaxed);
-    c.failed = failed_.load(std::memory_order_relaxed);
-    c.last_level = last_level_.load(std::memory_order_relaxed);
-    c.last_reasons = last_reasons_.load(std::memory_order_relaxed);
-    c.last_rows_degraded = last_rows_degraded_.load(std::memory_order_relaxed);
-    c.last_error = last_error_.load(std::memory_order_relaxed);
-    c.last_margin_us = last_margin_us_.load(std::memory_order_relaxed);
-    for (std::size_t l = 0; l < worst_.size(); ++l)
-        c.worst[l] = worst_[l].load(std::memory_order_relaxed);
-    return c;
-}
-
 void FrameMaker::list_scene_truth(Frame& frame) {
     SceneTruth* const truth = frame.scene_truth();
     if (truth == nullptr) return;
@@ -417,158 +358,10 @@ void FrameMaker::list_scene_truth(Frame& frame) {
     frame.publish_scene_truth();
 }
 
-void FrameMaker::describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
-                                const renderer::Renderer& renderer, FrameLight& light) const noexcept {
-    light.renderer = &renderer;
-    light.frame_id = order.frame_id;
-    light.live = settings_.live_poses;
-    light.push_broom = readout_.shutter == Shutter::push_broom;
-    light.windows.clear();
-    for (const FrameWindow& window : plan.windows)
-        light.windows.push_back({window.sensor, window.image_y});
-    light.rows.clear();
-    for (const RowTime& row : plan.rows)
-        light.rows.push_back({order.shown.at(row.reset), order.shown.at(row.read)});
-    light.common_mid = renderer::common_mid(light.rows);
-    light.adapts =
-        settings_.adapts && fixed_levels_.empty() && light.windows.size() == 1 && !light.push_broom;
-    const auto height = static_cast<std::int32_t>(light.rows.size());
-    const std::int32_t group_rows = FrameQuality::group_rows_for(height);
-    light.levels.clear();
-    // A list that is too short leaves the rest full.
-    if (!fixed_levels_.empty())
-        for (std::int32_t g = 0; g < (height + group_rows - 1) / group_rows; ++g)
-            light.levels.push_back(static_cast<std::size_t>(g) < fixed_levels_.size()
-                                       ? fixed_levels_[static_cast<std::size_t>(g)]
-                                       : QualityLevel::full);
-    light.from_plan_ns = FrameLight::unknown_clock;
-    light.period_ns = 0;
-    list_row_blocks(light);
-    set_due(plan, light);
-}
-
-/// The detector works on the first rows of a block before any of them can leave.
-void FrameMaker::set_due(const sensors::ReadoutPlan& plan, FrameLight& light) const noexcept {
-    light.due.clear();
-    if (!light.adapts) return;
-    const std::int64_t early_ns =
-        detector_rows_ns_.load(std::memory_order_relaxed) * 3 / 2 + settings_.reserve_ns;
-    for (const RowBlock& block : light.blocks)
-        light.due.push_back(plan.release[static_cast<std::size_t>(block.first_row)] - early_ns);
-}
-
-void FrameMaker::list_row_blocks(FrameLight& light) const noexcept {
-    light.blocks.clear();
-    const bool columns = detector_.needs_whole_columns();
-    const std::int32_t halo = detector_.halo_rows();
-    for (std::size_t w = 0; w < light.windows.size(); ++w) {
-        const FrameLight::Window& window = light.windows[w];
-        const Region& r = window.sensor;
-        for (std::int32_t row = 0; row < r.height;) {
-            RowBlock block{.window = w, .first_row = window.image_y + row};
-            if (light.push_broom) {
-                block.rows = std::min({first_rows + row, buffer_rows_, r.height - row});
-            } else if (columns) {
-                block.rows = r.height;
-                block.halo_above = r.y;
-                block.halo_below = readout_.height - r.y - r.height;
-            } else {
-                // Rows of one block wait for each other.
-                const std::int32_t most = light.adapts ? rows_at_a_time : settings_.band_rows;
-                block.rows = std::min({most, settings_.band_rows, buffer_rows_, r.height - row});
-                block.halo_above = std::min(halo, r.y + row);
-                block.halo_below = std::min(halo, readout_.height - r.y - row - block.rows);
-            }
-            block.halo_left = std::min(halo, r.x);
-            block.halo_right = std::min(halo, readout_.width - r.x - r.width);
-            light.blocks.push_back(block);
-            row += block.rows;
-        }
-    }
-}
-
 std::string FrameMaker::make(const FrameOrder& order, Frame& frame) {
     if (std::string refusal = prepare(order, frame); !refusal.empty()) return refusal;
     fill(frame);
     return {};
-}
-
-void FrameMaker::run_detector() noexcept {
-    for (std::uint32_t number = 0;; ++number) {
-        while (posted_.load(std::memory_order_acquire) == number)
-            posted_.wait(number, std::memory_order_acquire);
-        if (stopping_.load(std::memory_order_acquire)) return;
-        expose_row_block(number);
-        done_.store(number + 1); // sequentially consistent, see Releaser::run()
-        done_.notify_one();
-    }
-}
-
-void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
-    const std::size_t index = number - frame_start_;
-    const RowBlock& block = light_.blocks[index];
-    // Smear is a sum over whole columns, made anew for each call of the detector.
-    const bool whole = detector_.needs_whole_columns();
-    std::int32_t step = whole ? block.rows : index == 0 ? first_rows : rows_at_a_time;
-    for (std::int32_t row = 0, next = 0; row < block.rows;
-         row = next, step = std::min(2 * step, rows_at_a_time)) {
-        next = row + step;
-        RowBlock part = block;
-        part.first_row += row;
-        part.rows = std::min(step, block.rows - row);
-        part.halo_above += row;
-        part.halo_below += block.rows - row - part.rows;
-        expose_rows(part, block_light_[index], index != 0);
-    }
-}
-
-void FrameMaker::expose_rows(const RowBlock& block, std::span<const float> light, bool timed) noexcept {
-    Frame& frame = *frame_;
-    const Time begin_time = work_ != nullptr || settings_.adapts ? clock_.now() : Time{};
-    const sensors::IrradianceBand band{block.first_row, block.rows,       light_.width(block),
-                                       light,           block.halo_above, block.halo_below,
-                                       block.halo_left, block.halo_right};
-    const std::size_t begin =
-        static_cast<std::size_t>(block.first_row) * static_cast<std::size_t>(plan_.width);
-    const std::size_t pixels = static_cast<std::size_t>(block.rows) * static_cast<std::size_t>(plan_.width);
-    sensors::ExposureTruth truth;
-    if (PixelTruth* whole = frame.pixel_truth()) {
-        truth.mean_e = std::span(whole->mean_e).subspan(begin, pixels);
-        truth.saturated = std::span(whole->saturated).subspan(begin, pixels);
-    }
-    const std::uint32_t saturated =
-        detector_.expose(plan_, band, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
-                         frame.pixels().subspan(begin, pixels), truth);
-    if (saturated != 0) frame.saturated_windows.fetch_or(saturated, std::memory_order_relaxed);
-    if (const FrameWindow& window = plan_.windows[block.window]; measured_ && window.request == 0)
-        for (std::int32_t row = block.first_row; row < block.first_row + block.rows; ++row)
-            histogram_.add(frame.row(row).first(static_cast<std::size_t>(window.sensor.width)));
-    if (pattern_ != ImagePattern::off) paint_pattern(block.first_row, block.rows);
-    const std::int32_t ready = block.first_row + block.rows;
-    if (work_ != nullptr) work_->detector_ns += clock_.now() - begin_time;
-    if (settings_.adapts && timed) {
-        const std::int64_t mean_ns = detector_rows_ns_.load(std::memory_order_relaxed);
-        const std::int64_t spent_ns = clock_.now() - begin_time;
-        detector_rows_ns_.store(mean_ns == 0 ? spent_ns : mean_ns + (spent_ns - mean_ns) / 8,
-                                std::memory_order_relaxed);
-    }
-    if (ready == plan_.height) frame.info.detector_end = clock_.now();
-    if (sink_ != nullptr)
-        sink_->rows_exposed(ready);
-    else
-        frame.publish_rows(ready);
-}
-
-void FrameMaker::paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept {
-    Frame& frame = *frame_;
-    std::uint32_t w = 0;
-    for (std::int32_t row = first_row; row < first_row + rows; ++row) {
-        while (w + 1 < frame.info.window_count && frame.info.windows[w + 1].image_y <= row)
-            ++w;
-        const Region& window = frame.info.windows[w].sensor;
-        fill_pattern(pattern_, frame.info.frame_id, window.x, plan_.sensor_row[static_cast<std::size_t>(row)],
-                     adc_bits_, frame.row(row).first(static_cast<std::size_t>(window.width)));
-    }
 }
 
 ReadoutAnswer FrameMaker::answer(const CameraSettings& s) const {
