@@ -29,27 +29,32 @@ RadiometricCurve make_curve(const OpticalSettings& settings, const CalibrationTa
     return {settings.levels, table->curve};
 }
 
-} // namespace
-
-OpticalStage::OpticalStage(const OpticalSettings& settings, const CalibrationTable* table)
-    : settings_(settings), curve_(make_curve(settings, table)) {
+/// Throws ConfigError if table and settings contradict each other.
+void check_table(const OpticalSettings& settings, const CalibrationTable* table) {
     const std::int32_t w = settings.screen_width, h = settings.screen_height;
     if (!(settings.dn_white > settings.dn_black))
         throw ConfigError(fmt::format("stimulator: white at {} DN is not above black at {} DN",
                                       settings.dn_white, settings.dn_black));
-    if (table != nullptr) {
-        if (table->screen_width != w || table->screen_height != h)
-            throw ConfigError(
-                fmt::format("stimulator: calibrated for a screen of {}x{} pixels, this one has {}x{}",
-                            table->screen_width, table->screen_height, w, h));
-        if (table->camera_width != settings.sensor_width || table->camera_height != settings.sensor_height)
-            throw ConfigError(fmt::format(
-                "stimulator: calibrated with a camera of {}x{} pixels, the sensor has {}x{}",
-                table->camera_width, table->camera_height, settings.sensor_width, settings.sensor_height));
-        if (table->levels != settings.levels)
-            throw ConfigError(fmt::format("stimulator: calibrated with {} drive levels, the format has {}",
-                                          table->levels, settings.levels));
-    }
+    if (table == nullptr) return;
+    if (table->screen_width != w || table->screen_height != h)
+        throw ConfigError(
+            fmt::format("stimulator: calibrated for a screen of {}x{} pixels, this one has {}x{}",
+                        table->screen_width, table->screen_height, w, h));
+    if (table->camera_width != settings.sensor_width || table->camera_height != settings.sensor_height)
+        throw ConfigError(fmt::format(
+            "stimulator: calibrated with a camera of {}x{} pixels, the sensor has {}x{}", table->camera_width,
+            table->camera_height, settings.sensor_width, settings.sensor_height));
+    if (table->levels != settings.levels)
+        throw ConfigError(fmt::format("stimulator: calibrated with {} drive levels, the format has {}",
+                                      table->levels, settings.levels));
+}
+
+} // namespace
+
+OpticalStage::OpticalStage(const OpticalSettings& settings, const CalibrationTable* table)
+    : settings_(settings), curve_(make_curve(settings, table)) {
+    check_table(settings, table);
+    const std::int32_t w = settings.screen_width, h = settings.screen_height;
     const auto pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
     light_.assign(pixels, 0.0F);
     shown_.assign(static_cast<std::size_t>(w), 0.0F);
@@ -64,40 +69,11 @@ OpticalStage::OpticalStage(const OpticalSettings& settings, const CalibrationTab
         return;
     }
 
-    direct_ = false;
-    u_.resize(pixels);
-    v_.resize(pixels);
-    const double right = settings.sensor_width - 0.5, bottom = settings.sensor_height - 0.5;
-    double weakest = 1e30;
-    double& widest = widest_;
-    std::int32_t last = -1;
-    for (std::int32_t y = 0; y < h; ++y) {
-        double lowest = -1;
-        for (std::int32_t x = 0; x < w; ++x) {
-            const PixelPoint p{static_cast<double>(x), static_cast<double>(y)};
-            const PixelPoint c = table->map(p);
-            u_[at(x, y)] = static_cast<float>(c.x);
-            v_[at(x, y)] = static_cast<float>(c.y);
-            const bool seen = c.x > -0.5 && c.x < right && c.y > -0.5 && c.y < bottom;
-            if (!seen) continue;
-            lowest = std::max(lowest, c.y);
-            weakest = std::min(weakest, table->uniformity(p));
-            const auto distance = [&](std::size_t i, std::size_t j) {
-                return std::hypot(static_cast<double>(u_[i] - u_[j]), static_cast<double>(v_[i] - v_[j]));
-            };
-            if (x > 0) widest = std::max(widest, distance(at(x, y), at(x - 1, y)));
-            if (y > 0) widest = std::max(widest, distance(at(x, y), at(x, y - 1)));
-        }
-        if (lowest >= 0)
-            last = std::max(last, std::min(static_cast<std::int32_t>(std::ceil(lowest + widest)) + 1,
-                                           settings.sensor_height - 1));
-        last_row_[static_cast<std::size_t>(y)] = last;
-    }
-    if (last < 0) throw ConfigError("stimulator: by its calibration the camera does not see the screen");
+    const double weakest = map_screen(*table);
     // Choose the sub-samples of a footprint. Linear interpolation sampled every third of a pixel preserves
     // the light of a single bright pixel to 5 %, that of a star with a point spread to 1 %. One sample is
     // enough if screen and camera pixels differ by up to 2 %.
-    samples_ = widest <= 1.02 ? 1 : std::min(static_cast<int>(std::ceil(3 * widest)), max_samples);
+    samples_ = widest_ <= 1.02 ? 1 : std::min(static_cast<int>(std::ceil(3 * widest_)), max_samples);
 
     const bool uneven = settings.use_uniformity && table->uniformity.columns > 0;
     if (!(settings.peak > 0)) peak_ = uneven ? weakest : 1;
@@ -118,6 +94,43 @@ OpticalStage::OpticalStage(const OpticalSettings& settings, const CalibrationTab
         for (const ScreenPixel& p : table->dead)
             dead_[at(p.x, p.y)] = 1;
     }
+}
+
+/// Maps every pixel of the screen to the camera. Returns the smallest uniformity that the camera sees.
+double OpticalStage::map_screen(const CalibrationTable& table) {
+    const std::int32_t w = settings_.screen_width, h = settings_.screen_height;
+    const auto pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
+    direct_ = false;
+    u_.resize(pixels);
+    v_.resize(pixels);
+    const double right = settings_.sensor_width - 0.5, bottom = settings_.sensor_height - 0.5;
+    double weakest = 1e30;
+    double& widest = widest_;
+    std::int32_t last = -1;
+    for (std::int32_t y = 0; y < h; ++y) {
+        double lowest = -1;
+        for (std::int32_t x = 0; x < w; ++x) {
+            const PixelPoint p{static_cast<double>(x), static_cast<double>(y)};
+            const PixelPoint c = table.map(p);
+            u_[at(x, y)] = static_cast<float>(c.x);
+            v_[at(x, y)] = static_cast<float>(c.y);
+            const bool seen = c.x > -0.5 && c.x < right && c.y > -0.5 && c.y < bottom;
+            if (!seen) continue;
+            lowest = std::max(lowest, c.y);
+            weakest = std::min(weakest, table.uniformity(p));
+            const auto distance = [&](std::size_t i, std::size_t j) {
+                return std::hypot(static_cast<double>(u_[i] - u_[j]), static_cast<double>(v_[i] - v_[j]));
+            };
+            if (x > 0) widest = std::max(widest, distance(at(x, y), at(x - 1, y)));
+            if (y > 0) widest = std::max(widest, distance(at(x, y), at(x, y - 1)));
+        }
+        if (lowest >= 0)
+            last = std::max(last, std::min(static_cast<std::int32_t>(std::ceil(lowest + widest)) + 1,
+                                           settings_.sensor_height - 1));
+        last_row_[static_cast<std::size_t>(y)] = last;
+    }
+    if (last < 0) throw ConfigError("stimulator: by its calibration the camera does not see the screen");
+    return weakest;
 }
 
 Region OpticalStage::screen_region(const Region& window) const {

@@ -63,6 +63,7 @@ public:
     [[nodiscard]] std::uint64_t clipped() const { return clipped_; }
 
 private:
+    [[nodiscard]] double map_screen(const CalibrationTable& table);
     [[nodiscard]] float sample(std::span<const std::uint16_t> image, float u, float v) const noexcept;
     [[nodiscard]] std::size_t at(std::int32_t x, std::int32_t y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(settings_.screen_width) +
