@@ -216,6 +216,14 @@ void TruthTableFile::write_csv() const {
 }
 
 void TruthTableFile::write_fits() const {
+    FitsWriter writer(file_);
+    write_entries(writer);
+    write_poses(writer);
+    write_rows(writer);
+    writer.commit();
+}
+
+void TruthTableFile::write_entries(FitsWriter& writer) const {
     std::vector<const SceneTruth*> truths; // of each entry
     std::vector<const TruthEntry*> entries;
     for (const FrameTable& frame : frames_)
@@ -223,7 +231,6 @@ void TruthTableFile::write_fits() const {
             truths.push_back(&frame.truth);
             entries.push_back(&entry);
         }
-    FitsWriter writer(file_);
     std::vector<std::string> texts;
     texts.reserve(3 * columns.size());
     const auto keep = [&](std::string text) { return texts.emplace_back(std::move(text)).c_str(); };
@@ -254,7 +261,9 @@ void TruthTableFile::write_fits() const {
         else
             writer.write_column(number, real);
     }
+}
 
+void TruthTableFile::write_poses(FitsWriter& writer) const {
     std::vector<std::int64_t> ids, times;
     std::vector<std::string> names;
     std::array<std::vector<double>, pose_columns.size()> cells;
@@ -269,7 +278,8 @@ void TruthTableFile::write_fits() const {
         }
     std::vector<std::string> pose_texts;
     pose_texts.reserve(pose_columns.size());
-    list = {{"FRAME", "1K", ""}, {"NAME", "32A", ""}, {"TIME_NS", "1K", "ns"}};
+    std::vector<FitsWriter::Column> list = {
+        {"FRAME", "1K", ""}, {"NAME", "32A", ""}, {"TIME_NS", "1K", "ns"}};
     for (const auto& [name, unit] : pose_columns)
         list.push_back({pose_texts.emplace_back(in_capitals(name)).c_str(), "1D", unit});
     writer.create_table("POSES", ids.size(), list);
@@ -278,9 +288,10 @@ void TruthTableFile::write_fits() const {
     writer.write_column(3, times);
     for (std::size_t i = 0; i < cells.size(); ++i)
         writer.write_column(static_cast<int>(i) + 4, cells[i]);
+}
 
-    ids.clear();
-    std::vector<std::int64_t> first, reset, read;
+void TruthTableFile::write_rows(FitsWriter& writer) const {
+    std::vector<std::int64_t> ids, first, reset, read;
     for (const FrameTable& frame : frames_)
         for (const RowBlock& block : blocks_of(frame.rows)) {
             ids.push_back(static_cast<std::int64_t>(frame.truth.frame_id));
@@ -294,7 +305,6 @@ void TruthTableFile::write_fits() const {
     int number = 0;
     for (const auto* column : {&ids, &first, &reset, &read})
         writer.write_column(++number, *column);
-    writer.commit();
 }
 
 } // namespace obscura::images

@@ -15,6 +15,8 @@
 
 namespace obscura::images {
 
+class FitsWriter;
+
 /// Value of a cell; a NaN is not known.
 using TruthCell = std::variant<std::int64_t, double, std::string_view>;
 
@@ -54,6 +56,9 @@ private:
     };
     void write_csv() const;
     void write_fits() const;
+    void write_entries(FitsWriter& writer) const;
+    void write_poses(FitsWriter& writer) const;
+    void write_rows(FitsWriter& writer) const;
 
     std::filesystem::path file_;
     std::vector<FrameTable> frames_;
