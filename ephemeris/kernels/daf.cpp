@@ -51,6 +51,20 @@ std::string printable_trimmed(std::string_view text) {
     return clean;
 }
 
+/// Byte order: named, or else seen from the number of doubles of a summary.
+bool is_swapped(const std::string& file, const std::byte* data) {
+    const std::string format =
+        printable_trimmed(std::string_view(reinterpret_cast<const char*>(data) + 88, 8));
+    if (format == "BIG-IEEE") return true;
+    if (format.empty()) {
+        const auto doubles = read_as<std::int32_t>(data + 8, false);
+        return doubles < 1 || doubles > most_doubles;
+    }
+    if (format != "LTL-IEEE")
+        throw InputError(fmt::format("{}: number format '{}', allowed LTL-IEEE, BIG-IEEE", file, format));
+    return false;
+}
+
 /// Integers of a summary, with the two addresses.
 std::int32_t integers_of(std::string_view kind) {
     return kind == "PCK" ? 5 : 6;
@@ -205,22 +219,12 @@ void Daf::read_binary(std::shared_ptr<const std::byte[]> bytes, std::size_t size
     };
     kind_ = kind_of(file_, text(0, 8));
 
-    // Byte order: named, or else seen from the number of doubles of a summary.
-    const std::string format = printable_trimmed(text(88, 8));
-    const auto doubles_in = [&](bool swapped) { return read_as<std::int32_t>(data + 8, swapped); };
-    bool swapped = false;
-    if (format == "BIG-IEEE")
-        swapped = true;
-    else if (format.empty())
-        swapped = doubles_in(false) < 1 || doubles_in(false) > most_doubles;
-    else if (format != "LTL-IEEE")
-        throw InputError(fmt::format("{}: number format '{}', allowed LTL-IEEE, BIG-IEEE", file_, format));
-
+    const bool swapped = is_swapped(file_, data);
     if (text(ftp_offset, 6) == ftp_string.substr(0, 6) && text(ftp_offset, ftp_string.size()) != ftp_string)
         throw InputError(fmt::format(
             "{}: damaged by a transfer in text mode (FTP string changed); copy it in binary mode", file_));
 
-    const std::int32_t nd = doubles_in(swapped);
+    const std::int32_t nd = read_as<std::int32_t>(data + 8, swapped);
     const std::int32_t ni = read_as<std::int32_t>(data + 12, swapped);
     if (nd != 2 || ni != integers_of(kind_))
         throw InputError(fmt::format("{}: summaries of {} doubles and {} integers, a {} kernel has 2 and {}",
