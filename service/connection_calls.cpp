@@ -134,6 +134,33 @@ struct Credit {
     }
 };
 
+/// Of the calls in the order of own_calls().
+void set_results(Calls& calls) {
+    calls[0].results = {
+        {"server", "string", "", "\"obscura\""},
+        {"version", "string", "", "Version of the server"},
+        {"protocol", "integer", "", "Version of the protocol that is spoken"},
+        {"api", "string", "", "Hash of the table of calls"},
+        {"permission", "string", "", "What the connection may do: view, operate, scene or admin"},
+        {"codecs", "array of strings", "", "Codecs of arrays that the server has"},
+        {"limits", "map", "", "Largest messages, pictures and numbers of requests and clients"}};
+    calls[1].results = {{"challenge", "string", "", "64 hexadecimal digits"}};
+    calls[2].results = {{"calls", "array of maps", "", "Rows: name, help, permission, fields, results"},
+                        {"sections", "array of maps", "", "Tables of scenes: heading, help, keys"}};
+    calls[3].results = {{"waiting", "integer", "", "Requests that wait"},
+                        {"streams", "integer", "", "Streams that are open"},
+                        {"call", "string", "", "Name of the request in progress; missing: none is"},
+                        {"request", "integer", "", "Its number"},
+                        {"done", "integer", "", "Parts of it that are done"},
+                        {"total", "integer", "", "Parts of it"}};
+    calls[4].results = {{"cancelled", "integer", "", "Requests that were found"}};
+    calls[5].results = {
+        {"credits", "integer", "", "Frames that it may send now; 0: there is no such stream"}};
+    calls[6].results = {{"slots", "integer", "", "Number of slots"},
+                        {"stride", "integer", "bytes", "From one slot to the next"},
+                        {"head_bytes", "integer", "bytes", "Head of a slot, before the arrays"}};
+}
+
 } // namespace
 
 Calls Connection::own_calls(Connection* self) {
@@ -203,29 +230,7 @@ Calls Connection::own_calls(Connection* self) {
     for (Call& call : calls)
         call.overtakes = call.name != "describe" && call.name != "memory.open";
     calls[0].lenient = true;
-    calls[0].results = {
-        {"server", "string", "", "\"obscura\""},
-        {"version", "string", "", "Version of the server"},
-        {"protocol", "integer", "", "Version of the protocol that is spoken"},
-        {"api", "string", "", "Hash of the table of calls"},
-        {"permission", "string", "", "What the connection may do: view, operate, scene or admin"},
-        {"codecs", "array of strings", "", "Codecs of arrays that the server has"},
-        {"limits", "map", "", "Largest messages, pictures and numbers of requests and clients"}};
-    calls[1].results = {{"challenge", "string", "", "64 hexadecimal digits"}};
-    calls[2].results = {{"calls", "array of maps", "", "Rows: name, help, permission, fields, results"},
-                        {"sections", "array of maps", "", "Tables of scenes: heading, help, keys"}};
-    calls[3].results = {{"waiting", "integer", "", "Requests that wait"},
-                        {"streams", "integer", "", "Streams that are open"},
-                        {"call", "string", "", "Name of the request in progress; missing: none is"},
-                        {"request", "integer", "", "Its number"},
-                        {"done", "integer", "", "Parts of it that are done"},
-                        {"total", "integer", "", "Parts of it"}};
-    calls[4].results = {{"cancelled", "integer", "", "Requests that were found"}};
-    calls[5].results = {
-        {"credits", "integer", "", "Frames that it may send now; 0: there is no such stream"}};
-    calls[6].results = {{"slots", "integer", "", "Number of slots"},
-                        {"stride", "integer", "bytes", "From one slot to the next"},
-                        {"head_bytes", "integer", "bytes", "Head of a slot, before the arrays"}};
+    set_results(calls);
     return calls;
 }
 
