@@ -173,6 +173,98 @@ std::uint32_t crc_of(const Entry& entry, std::span<const std::byte> samples) {
     return crc32c(samples, crc32c(std::span(bytes).first(entry_crc)));
 }
 
+namespace {
+
+/// Numbers of a tile, and what is known of them before they are encoded.
+struct TileNumbers {
+    std::span<const float> numbers;
+    double least, largest; ///< as the type can state them
+    bool constant;
+};
+
+/// Of the types f32 and f16.
+void encode_floats(const ObtMetadata& m, const TileNumbers& tile, EncodedTile& out) {
+    const auto& [numbers, least, largest, constant] = tile;
+    Entry& entry = out.entry;
+    set_bounds(least, largest, entry);
+    if (constant) {
+        entry.stored = Stored::constant;
+        entry.exponent = 0;
+        entry.least = entry.largest = 0;
+        entry.base = std::bit_cast<std::int32_t>(static_cast<float>(least));
+    } else {
+        entry.stored = Stored::samples;
+        out.bytes.resize(sample_bytes(m, entry));
+        for (std::size_t i = 0; i < numbers.size(); ++i)
+            if (m.type == SampleType::f32)
+                put(out.bytes.data() + 4 * i, numbers[i]);
+            else
+                put(out.bytes.data() + 2 * i, half_of_float(numbers[i]));
+    }
+}
+
+/// Codes on a lattice whose step is as fine as the range of the tile allows; wide where none does. Moves the
+/// bounds onto the lattice.
+void encode_lattice(const ObtMetadata& m, const TileFacts& facts, TileNumbers& tile, EncodedTile& out) {
+    auto& [numbers, least, largest, constant] = tile;
+    Entry& entry = out.entry;
+    std::optional<std::int32_t> base;
+    int exponent = m.finest_exponent;
+    while (!(base = base_of(least, largest, exponent)) && exponent < m.coarsest_exponent)
+        ++exponent;
+    if (!base) {
+        entry.stored = Stored::wide;
+        set_bounds(least, largest, entry);
+        out.bytes.resize(sample_bytes(m, entry));
+        for (std::size_t i = 0; i < numbers.size(); ++i)
+            put(out.bytes.data() + 4 * i, numbers[i]);
+    } else {
+        entry.exponent = static_cast<std::int8_t>(exponent);
+        entry.base = *base;
+        const double scale = std::ldexp(1.0, -exponent);
+        const auto code_of = [&](double v) {
+            return static_cast<std::uint16_t>(
+                std::clamp(std::nearbyint(v * scale) - *base, 0.0, lattice_nodata - 1.0));
+        };
+        least = (static_cast<double>(*base) + code_of(least)) * entry.step();
+        largest = (static_cast<double>(*base) + code_of(largest)) * entry.step();
+        entry.least = static_cast<std::uint16_t>(std::floor(facts.least * scale) - *base);
+        entry.largest = static_cast<std::uint16_t>(std::ceil(facts.largest * scale) - *base);
+        if (constant) {
+            entry.stored = Stored::constant;
+            entry.base = *base + code_of(facts.least);
+            entry.least = entry.largest = 0;
+        } else {
+            entry.stored = Stored::samples;
+            out.bytes.resize(sample_bytes(m, entry));
+            for (std::size_t i = 0; i < numbers.size(); ++i)
+                put(out.bytes.data() + 2 * i,
+                    std::isnan(numbers[i]) ? lattice_nodata : code_of(static_cast<double>(numbers[i])));
+        }
+    }
+}
+
+/// Whole numbers as they are.
+void encode_integers(const ObtMetadata& m, const TileName& name, const TileNumbers& tile,
+                     const std::string& file, EncodedTile& out) {
+    const auto& [numbers, least, largest, constant] = tile;
+    Entry& entry = out.entry;
+    entry.stored = Stored::samples;
+    out.bytes.resize(sample_bytes(m, entry));
+    encode_codes(m, name, numbers, file, out);
+    entry.base = codes_of(m.type).least;
+    entry.least = static_cast<std::uint16_t>(least - entry.base);
+    entry.largest = static_cast<std::uint16_t>(largest - entry.base);
+    if (constant) {
+        entry.stored = Stored::constant;
+        entry.base = static_cast<std::int32_t>(least);
+        entry.least = entry.largest = 0;
+        out.bytes.clear();
+    }
+}
+
+} // namespace
+
 void encode(const ObtMetadata& m, const TileName& tile, std::span<const float> numbers,
             const TileFacts& below, const std::string& name, EncodedTile& out) {
     Entry& entry = out.entry;
@@ -219,73 +311,15 @@ void encode(const ObtMetadata& m, const TileName& tile, std::span<const float> n
         !entry.holes && facts.least == facts.largest && static_cast<float>(facts.least) == numbers[0] &&
         std::all_of(numbers.begin(), numbers.end(), [&](float v) { return v == numbers[0]; });
 
-    if (is_float(m.type)) {
-        set_bounds(least, largest, entry);
-        if (constant) {
-            entry.stored = Stored::constant;
-            entry.exponent = 0;
-            entry.least = entry.largest = 0;
-            entry.base = std::bit_cast<std::int32_t>(static_cast<float>(least));
-        } else {
-            entry.stored = Stored::samples;
-            out.bytes.resize(sample_bytes(m, entry));
-            for (std::size_t i = 0; i < numbers.size(); ++i)
-                if (m.type == SampleType::f32)
-                    put(out.bytes.data() + 4 * i, numbers[i]);
-                else
-                    put(out.bytes.data() + 2 * i, half_of_float(numbers[i]));
-        }
-    } else if (m.lattice) {
-        std::optional<std::int32_t> base;
-        int exponent = m.finest_exponent;
-        while (!(base = base_of(least, largest, exponent)) && exponent < m.coarsest_exponent)
-            ++exponent;
-        if (!base) {
-            entry.stored = Stored::wide;
-            set_bounds(least, largest, entry);
-            out.bytes.resize(sample_bytes(m, entry));
-            for (std::size_t i = 0; i < numbers.size(); ++i)
-                put(out.bytes.data() + 4 * i, numbers[i]);
-        } else {
-            entry.exponent = static_cast<std::int8_t>(exponent);
-            entry.base = *base;
-            const double scale = std::ldexp(1.0, -exponent);
-            const auto code_of = [&](double v) {
-                return static_cast<std::uint16_t>(
-                    std::clamp(std::nearbyint(v * scale) - *base, 0.0, lattice_nodata - 1.0));
-            };
-            least = (static_cast<double>(*base) + code_of(least)) * entry.step();
-            largest = (static_cast<double>(*base) + code_of(largest)) * entry.step();
-            entry.least = static_cast<std::uint16_t>(std::floor(facts.least * scale) - *base);
-            entry.largest = static_cast<std::uint16_t>(std::ceil(facts.largest * scale) - *base);
-            if (constant) {
-                entry.stored = Stored::constant;
-                entry.base = *base + code_of(facts.least);
-                entry.least = entry.largest = 0;
-            } else {
-                entry.stored = Stored::samples;
-                out.bytes.resize(sample_bytes(m, entry));
-                for (std::size_t i = 0; i < numbers.size(); ++i)
-                    put(out.bytes.data() + 2 * i,
-                        std::isnan(numbers[i]) ? lattice_nodata : code_of(static_cast<double>(numbers[i])));
-            }
-        }
-    } else {
-        entry.stored = Stored::samples;
-        out.bytes.resize(sample_bytes(m, entry));
-        encode_codes(m, tile, numbers, name, out);
-        entry.base = codes_of(m.type).least;
-        entry.least = static_cast<std::uint16_t>(least - entry.base);
-        entry.largest = static_cast<std::uint16_t>(largest - entry.base);
-        if (constant) {
-            entry.stored = Stored::constant;
-            entry.base = static_cast<std::int32_t>(least);
-            entry.least = entry.largest = 0;
-            out.bytes.clear();
-        }
-    }
-    out.least = least;
-    out.largest = largest;
+    TileNumbers values{numbers, least, largest, constant};
+    if (is_float(m.type))
+        encode_floats(m, values, out);
+    else if (m.lattice)
+        encode_lattice(m, facts, values, out);
+    else
+        encode_integers(m, tile, values, name, out);
+    out.least = values.least;
+    out.largest = values.largest;
 }
 
 void decode_numbers(const ObtMetadata& metadata, const Entry& entry, const std::byte* samples,
