@@ -82,18 +82,7 @@ public:
 
     int run() override {
         const Format format = format_of_output();
-        if (options_.layers && format == Format::png)
-            throw host::UsageError(fmt::format(
-                "obscura render: --layers with --output {}: the name must end in .exr or .fits", output_));
-        if (!layer_.empty() && format != Format::png)
-            throw host::UsageError(fmt::format(
-                "obscura render: --layer with --output {}: the name must end in .png (--layers writes all "
-                "layers to EXR and FITS)",
-                output_));
-        if (options_.trajectory && frames_ != 1)
-            throw host::UsageError("obscura render: --trajectory and --frames exclude each other");
-        stretch_ = stretch_options_.parsed("render");
-        options_.check();
+        read_options(format);
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
         images::require_writable(folder.empty() ? "." : folder);
         truth_table_.prepare();
@@ -148,31 +137,17 @@ public:
             fmt::print(stderr, "obscura render: interrupted, {} of {} frames written\n", written + present,
                        sequenced.size());
 
-        const std::span<const float> image = frames.image();
-        const double total = std::accumulate(image.begin(), image.end(), 0.0, [](double sum, float v) {
-            return sum + static_cast<double>(v);
-        });
-        const double brightest = static_cast<double>(*std::max_element(image.begin(), image.end()));
+        const double brightest =
+            static_cast<double>(*std::max_element(frames.image().begin(), frames.image().end()));
         Report report;
-        report.add("output", "written", output_);
-        report.add("frames", "frames", static_cast<std::int64_t>(written));
-        if (resume_) report.add("present", "already there", static_cast<std::int64_t>(present));
-        report.add("width", "width", static_cast<std::int64_t>(region.width));
-        report.add("height", "height", static_cast<std::int64_t>(region.height));
-        report.add("bands", "bands", static_cast<std::int64_t>(frames.bands().size()));
-        if (budget_s_ > 0) report.add("passes", "passes", static_cast<std::int64_t>(frames.passes()));
-        report.add("build_s", "scene built in", std::chrono::duration<double>(built - start).count(), "s", 3);
-        report.add("render_s", "rendered in", render_s, "s", 3);
-        report.add("render_cpu_s", "CPU time of rendering", render_cpu_s, "s", 3);
-        report.add("rays", "rays", static_cast<std::int64_t>(frames.renderer().rays_traced()));
-        report.add("samples", "samples", static_cast<std::int64_t>(frames.renderer().samples_taken()));
-        if (written > 0) {
-            report.add("max_w_m2", "brightest pixel", fmt::format("{:.6g} W/m2", brightest), brightest);
-            report.add("total_w_m2", "sum of all pixels", fmt::format("{:.6g} W/m2", total), total);
-        }
-        if (const double noise = frames.noise_rms(); written > 0 && noise > 0)
-            report.add("noise_rms", "noise",
-                       fmt::format("{:.2g} % rms of the lit pixels (estimated)", 100 * noise), noise);
+        add_figures(frames,
+                    {.build_s = std::chrono::duration<double>(built - start).count(),
+                     .render_s = render_s,
+                     .render_cpu_s = render_cpu_s,
+                     .written = written,
+                     .present = present,
+                     .brightest_w_m2 = brightest},
+                    report);
         // The light of a window, or of the last frame of many, says nothing about the camera.
         if (options_.window.empty() && sequenced.size() == 1 && written == 1) view.judge_light(brightest, 1);
         if (const auto& crowded = frames.crowded_tiles())
@@ -199,6 +174,57 @@ private:
         if (extension == ".png") return Format::png;
         throw host::UsageError(
             fmt::format("obscura render: --output {}: the name must end in .exr, .fits or .png", output_));
+    }
+
+    /// Refuses options that exclude each other.
+    void read_options(Format format) {
+        if (options_.layers && format == Format::png)
+            throw host::UsageError(fmt::format(
+                "obscura render: --layers with --output {}: the name must end in .exr or .fits", output_));
+        if (!layer_.empty() && format != Format::png)
+            throw host::UsageError(fmt::format(
+                "obscura render: --layer with --output {}: the name must end in .png (--layers writes all "
+                "layers to EXR and FITS)",
+                output_));
+        if (options_.trajectory && frames_ != 1)
+            throw host::UsageError("obscura render: --trajectory and --frames exclude each other");
+        stretch_ = stretch_options_.parsed("render");
+        options_.check();
+    }
+
+    /// Times and results of a run.
+    struct RunFigures {
+        double build_s, render_s, render_cpu_s;
+        std::uint64_t written, present;
+        double brightest_w_m2; ///< of the last frame
+    };
+
+    void add_figures(const SceneFrames& frames, const RunFigures& run, Report& report) const {
+        const std::span<const float> image = frames.image();
+        const Region region = frames.region();
+        const double total = std::accumulate(image.begin(), image.end(), 0.0, [](double sum, float v) {
+            return sum + static_cast<double>(v);
+        });
+        report.add("output", "written", output_);
+        report.add("frames", "frames", static_cast<std::int64_t>(run.written));
+        if (resume_) report.add("present", "already there", static_cast<std::int64_t>(run.present));
+        report.add("width", "width", static_cast<std::int64_t>(region.width));
+        report.add("height", "height", static_cast<std::int64_t>(region.height));
+        report.add("bands", "bands", static_cast<std::int64_t>(frames.bands().size()));
+        if (budget_s_ > 0) report.add("passes", "passes", static_cast<std::int64_t>(frames.passes()));
+        report.add("build_s", "scene built in", run.build_s, "s", 3);
+        report.add("render_s", "rendered in", run.render_s, "s", 3);
+        report.add("render_cpu_s", "CPU time of rendering", run.render_cpu_s, "s", 3);
+        report.add("rays", "rays", static_cast<std::int64_t>(frames.renderer().rays_traced()));
+        report.add("samples", "samples", static_cast<std::int64_t>(frames.renderer().samples_taken()));
+        if (run.written > 0) {
+            report.add("max_w_m2", "brightest pixel", fmt::format("{:.6g} W/m2", run.brightest_w_m2),
+                       run.brightest_w_m2);
+            report.add("total_w_m2", "sum of all pixels", fmt::format("{:.6g} W/m2", total), total);
+        }
+        if (const double noise = frames.noise_rms(); run.written > 0 && noise > 0)
+            report.add("noise_rms", "noise",
+                       fmt::format("{:.2g} % rms of the lit pixels (estimated)", 100 * noise), noise);
     }
 
     void write(const SceneFrames& frames, const std::filesystem::path& file, Format format) const {
