@@ -129,37 +129,30 @@ void compare_with_label(const MapSource& map, const MapImportReport& report, Map
     }
 }
 
-} // namespace
+/// Files as one raster.
+struct ImportRaster {
+    std::unique_ptr<RasterReader> raster;
+    terrain::MapFrame frame;
+    bool holes; ///< samples may be missing
+};
 
-MapImportReport import_map(
-    const MapImportTask& task,
-    const std::function<bool(const std::string& step, std::uint64_t done, std::uint64_t total)>& progress) {
-    const auto start = std::chrono::steady_clock::now();
-    MapImportReport report;
-    GdalProcess process(task.limits);
-    std::vector<std::unique_ptr<MapSource>> opened;
-    for (const std::string& file : task.files)
-        opened.push_back(std::make_unique<MapSource>(process, file, task.settings, report.remarks));
+/// Takes the maps over where it is a mosaic of them.
+ImportRaster raster_of(const MapImportTask& task, std::vector<std::unique_ptr<MapSource>>& opened,
+                       MapRemarks& remarks) {
     const MapSource& first = *opened.front();
-    const NumberProbe numbers = probe(opened);
     bool holes =
         std::any_of(opened.begin(), opened.end(), [](const auto& map) { return map->may_have_holes(); });
-
     std::unique_ptr<RasterReader> raster;
     terrain::MapFrame frame;
     const auto foreign =
         std::find_if(opened.begin(), opened.end(), [](const auto& map) { return map->place().foreign; });
-    const bool resampled = foreign != opened.end();
-    std::vector<MapSource*> maps;
-    for (const auto& map : opened)
-        maps.push_back(map.get());
-    if (resampled) {
+    if (foreign != opened.end()) {
         if (opened.size() > 1)
             throw InputError(fmt::format(
                 "{}: its projection ({}) is resampled, of one file at a time: gdalbuildvrt makes one of "
                 "several",
                 (*foreign)->name(), (*foreign)->map().method));
-        auto made = std::make_unique<ResampledMap>(*opened.front(), task.settings, report.remarks);
+        auto made = std::make_unique<ResampledMap>(*opened.front(), task.settings, remarks);
         frame = made->frame();
         raster = std::move(made);
         holes = true;
@@ -174,21 +167,16 @@ MapImportReport import_map(
         holes = holes || made->has_gaps();
         raster = std::move(made);
     }
-    const bool keeps_holes = holes && !task.fill;
-    const MapType type = map_type(first.numbers(), first.map().driver, resampled, keeps_holes);
-    const MapValues values = map_values(first, numbers, type.type, task.settings, report.remarks);
-    for (MapSource* map : maps)
-        map->set_shift(values.shift);
-    if (type.type == SampleType::f32 && numbers.any &&
-        std::max(std::abs(numbers.least - values.shift), std::abs(numbers.largest - values.shift)) >
-            16777216 &&
-        (first.numbers().type == GdalType::i32 || first.numbers().type == GdalType::u32))
-        report.remarks.warn(first.name() + ": numbers of more than 24 bits are rounded to f32");
+    return {std::move(raster), frame, holes};
+}
 
+terrain::ObtMetadata metadata_of(const MapImportTask& task, const MapSource& first,
+                                 const RasterReader& raster, const terrain::MapFrame& frame,
+                                 const MapType& type, const MapValues& values) {
     terrain::ObtMetadata metadata;
     metadata.kind = task.settings.kind;
     metadata.type = type.type;
-    metadata.planes = raster->planes();
+    metadata.planes = raster.planes();
     metadata.rgb = first.rgb();
     metadata.width = frame.width();
     metadata.height = frame.height();
@@ -206,7 +194,63 @@ MapImportReport import_map(
     metadata.source = source_text(task.files);
     if (task.settings.kind == ObtKind::parameter) metadata.title = task.settings.parameter;
     terrain::validate(metadata, task.output.string());
+    return metadata;
+}
 
+void write_mask(
+    const MapImportTask& task, const terrain::ObtMetadata& metadata, RasterReader& raster,
+    const terrain::ObtWriteOptions& options,
+    const std::function<bool(const std::string& step, std::uint64_t done, std::uint64_t total)>& progress) {
+    terrain::ObtMetadata mask = metadata;
+    mask.kind = ObtKind::parameter;
+    mask.type = SampleType::u8;
+    mask.nodata.reset();
+    mask.scale = 1;
+    mask.offset = 0;
+    mask.unit.clear();
+    mask.title = "missing samples of " + metadata.source.substr(0, 100);
+    mask.rgb = false;
+    MaskSource source(raster);
+    terrain::ObtWriteOptions as_before = options;
+    as_before.progress = [&](std::uint64_t done, std::uint64_t total) {
+        return progress("mask", done, total);
+    };
+    if (!terrain::write_obt(task.mask, mask, source, as_before).finished)
+        throw Error(exit_failure,
+                    fmt::format("{}: interrupted: the same command goes on", task.mask.string()));
+}
+
+} // namespace
+
+MapImportReport import_map(
+    const MapImportTask& task,
+    const std::function<bool(const std::string& step, std::uint64_t done, std::uint64_t total)>& progress) {
+    const auto start = std::chrono::steady_clock::now();
+    MapImportReport report;
+    GdalProcess process(task.limits);
+    std::vector<std::unique_ptr<MapSource>> opened;
+    for (const std::string& file : task.files)
+        opened.push_back(std::make_unique<MapSource>(process, file, task.settings, report.remarks));
+    const MapSource& first = *opened.front();
+    const NumberProbe numbers = probe(opened);
+    std::vector<MapSource*> maps;
+    for (const auto& map : opened)
+        maps.push_back(map.get());
+    const bool resampled =
+        std::any_of(opened.begin(), opened.end(), [](const auto& map) { return map->place().foreign; });
+    auto [raster, frame, holes] = raster_of(task, opened, report.remarks);
+    const bool keeps_holes = holes && !task.fill;
+    const MapType type = map_type(first.numbers(), first.map().driver, resampled, keeps_holes);
+    const MapValues values = map_values(first, numbers, type.type, task.settings, report.remarks);
+    for (MapSource* map : maps)
+        map->set_shift(values.shift);
+    if (type.type == SampleType::f32 && numbers.any &&
+        std::max(std::abs(numbers.least - values.shift), std::abs(numbers.largest - values.shift)) >
+            16777216 &&
+        (first.numbers().type == GdalType::i32 || first.numbers().type == GdalType::u32))
+        report.remarks.warn(first.name() + ": numbers of more than 24 bits are rounded to f32");
+
+    const terrain::ObtMetadata metadata = metadata_of(task, first, *raster, frame, type, values);
     terrain::ObtWriteOptions options;
     options.keep_on_error = false;
     options.resume = !task.restart && still_current(task);
@@ -230,25 +274,7 @@ MapImportReport import_map(
     } else if (task.fill) {
         report.missing_known = true;
     }
-    if (!task.mask.empty()) {
-        terrain::ObtMetadata mask = metadata;
-        mask.kind = ObtKind::parameter;
-        mask.type = SampleType::u8;
-        mask.nodata.reset();
-        mask.scale = 1;
-        mask.offset = 0;
-        mask.unit.clear();
-        mask.title = "missing samples of " + metadata.source.substr(0, 100);
-        mask.rgb = false;
-        MaskSource source(*raster);
-        terrain::ObtWriteOptions as_before = options;
-        as_before.progress = [&](std::uint64_t done, std::uint64_t total) {
-            return progress("mask", done, total);
-        };
-        if (!terrain::write_obt(task.mask, mask, source, as_before).finished)
-            throw Error(exit_failure,
-                        fmt::format("{}: interrupted: the same command goes on", task.mask.string()));
-    }
+    if (!task.mask.empty()) write_mask(task, metadata, *raster, options, progress);
     ReadAhead ahead(*finest);
     CountedSource source(ahead);
     options.progress = [&](std::uint64_t done, std::uint64_t total) {
