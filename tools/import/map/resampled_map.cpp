@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace obscura::tools {
 namespace {
@@ -69,6 +70,112 @@ float interpolated(const Window& window, SamplePlace at) {
     return weight < 0.5 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(sum / weight);
 }
 
+/// Direction of a longitude and a latitude in degrees.
+Vec3 direction(const std::array<double, 2>& at) {
+    const double b = at[1] * degree, l = at[0] * degree;
+    return Vec3{std::cos(b) * std::cos(l), std::cos(b) * std::sin(l), std::sin(b)};
+}
+
+Projection ellipsoid_of(const MapSource& source, const MapSettings& settings) {
+    const GdalMap& map = source.map();
+    Projection p;
+    const Vec3 radii =
+        source.place().radii_m.x > 0 ? source.place().radii_m : settings.radii_m.value_or(Vec3{});
+    p.equatorial_radius_m = map.semi_major_m > 0 ? map.semi_major_m : radii.x;
+    p.polar_radius_m = map.semi_minor_m > 0 ? map.semi_minor_m : p.equatorial_radius_m;
+    if (!(p.equatorial_radius_m > 0)) throw InputError(source.name() + ": its projection has no radius");
+    if (p.polar_radius_m != p.equatorial_radius_m) p.latitudes = terrain::Latitudes::planetographic;
+    return p;
+}
+
+/// What of the body a map shows, and how far neighbours are apart.
+struct MapExtent {
+    std::vector<std::array<double, 2>> places; ///< longitude and latitude, each second that of a neighbour
+    std::vector<double> longitudes;            ///< 0 to 360 degrees
+    double south = 90, north = -90;
+    double step_rad = 0; ///< median
+    bool has_pole[2] = {false, false};
+};
+
+MapExtent extent_of(const std::string& name, std::vector<std::array<double, 2>> found) {
+    MapExtent extent;
+    auto& [places, longitudes, south, north, step_rad, has_pole] = extent;
+    std::vector<double> steps;
+    for (std::size_t i = 0; i + 1 < found.size(); i += 2) {
+        if (!std::isfinite(found[i][0]) || !std::isfinite(found[i + 1][0])) continue;
+        steps.push_back(length(direction(found[i]) - direction(found[i + 1])));
+        longitudes.push_back(found[i][0] - 360 * std::floor(found[i][0] / 360));
+        south = std::min(south, found[i][1]);
+        north = std::max(north, found[i][1]);
+    }
+    if (steps.size() < 4) throw InputError(name + ": PROJ finds no place for its samples");
+    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
+                     steps.end());
+    step_rad = steps[steps.size() / 2];
+    if (!(step_rad > 1e-12)) throw InputError(name + ": its pixels have no size");
+    places = std::move(found);
+    return extent;
+}
+
+/// Polar stereographic, about the pole that the map has.
+MapFrame polar_frame(Projection p, const MapExtent& extent) {
+    const auto& [found, longitudes, south, north, step_rad, has_pole] = extent;
+    p = [&] {
+        Projection q = Projection::of_sphere(extent.has_pole[0] ? ProjectionKind::north_polar_stereographic
+                                                                : ProjectionKind::south_polar_stereographic,
+                                             p.equatorial_radius_m);
+        q.polar_radius_m = p.polar_radius_m;
+        q.latitudes = p.latitudes;
+        return q;
+    }();
+    const double step = step_rad * p.equatorial_radius_m;
+    double left = 0, right = 0, bottom = 0, top = 0;
+    for (std::size_t i = 0; i < found.size(); i += 2) {
+        if (!std::isfinite(found[i][0])) continue;
+        const double flat = p.polar_radius_m / p.equatorial_radius_m;
+        Vec3 d = direction(found[i]);
+        if (p.latitudes == terrain::Latitudes::planetographic) d.z *= flat * flat;
+        const terrain::MapPoint at = p.forward(d);
+        left = std::min(left, at.x_m);
+        right = std::max(right, at.x_m);
+        bottom = std::min(bottom, at.y_m);
+        top = std::max(top, at.y_m);
+    }
+    const auto pixels = [&](double from, double to) {
+        return std::max<std::int64_t>(1, std::llround(std::ceil((to - from) / step)));
+    };
+    return MapFrame(p, {left, step, 0, top, 0, -step}, terrain::Registration::pixel, pixels(left, right),
+                    pixels(bottom, top));
+}
+
+/// Simple cylindrical.
+MapFrame cylindrical_frame(const Projection& p, MapExtent extent) {
+    auto& [found, longitudes, south, north, step_rad, has_pole] = extent;
+    std::sort(longitudes.begin(), longitudes.end());
+    double widest = longitudes.front() + 360 - longitudes.back(), west = longitudes.front(),
+           east = longitudes.back();
+    for (std::size_t i = 1; i < longitudes.size(); ++i)
+        if (longitudes[i] - longitudes[i - 1] > widest) {
+            widest = longitudes[i] - longitudes[i - 1];
+            west = longitudes[i];
+            east = longitudes[i - 1] + 360;
+        }
+    const double step_deg = step_rad / degree;
+    if (has_pole[0] || has_pole[1] || widest < std::max(8.0, 2 * step_deg)) {
+        west = 0;
+        east = 360;
+    }
+    const auto pixels = [&](double from, double to) {
+        return std::max<std::int64_t>(1, std::llround(std::ceil((to - from) / step_deg - 1e-6)));
+    };
+    const std::int64_t columns = pixels(west, east), rows = pixels(south, north);
+    if (east - west < 359.999) east = west + static_cast<double>(columns) * step_deg;
+    if (north < 89.999 || south > -89.999)
+        south = std::max(-90.0, north - static_cast<double>(rows) * step_deg);
+    return MapFrame::by_edges(p, terrain::Registration::pixel, columns, rows, west * degree, east * degree,
+                              north * degree, south * degree);
+}
+
 } // namespace
 
 std::vector<SamplePlace> ResampledMap::places_of(std::vector<std::array<double, 2>> degrees) const {
@@ -88,16 +195,10 @@ std::array<double, 2> ResampledMap::degrees_at(double x, double y) const {
     return {t[0] + t[1] * x + t[2] * y, t[3] + t[4] * x + t[5] * y};
 }
 
-ResampledMap::ResampledMap(MapSource& source, const MapSettings& settings, MapRemarks& remarks)
-    : source_(source) {
-    const GdalMap& map = source.map();
-    if (!map.transform || map.system == GdalSystem::none || map.system == GdalSystem::local)
-        throw InputError(
-            fmt::format("{}: its projection is not known: --edges LEFT,RIGHT,TOP,BOTTOM says where its "
-                        "samples are",
-                        source.name()));
+/// Longitudes and latitudes of a grid of the file's pixels, each followed by that of a neighbour.
+std::vector<std::array<double, 2>> ResampledMap::sampled_places() const {
+    const GdalMap& map = source_.map();
     const double width = static_cast<double>(map.width), height = static_cast<double>(map.height);
-    // Where the file's pixels are, and how far neighbours are apart.
     constexpr int grid = 65;
     GdalTransform request{map.id, true, {}};
     for (int j = 0; j < grid; ++j)
@@ -107,91 +208,30 @@ ResampledMap::ResampledMap(MapSource& source, const MapSettings& settings, MapRe
             request.points.push_back(degrees_at(x, y));
             request.points.push_back(degrees_at(x < 1 ? x + 1 : x - 1, y));
         }
-    const auto found = source.process().transform(request);
-    Projection p;
-    const Vec3 radii =
-        source.place().radii_m.x > 0 ? source.place().radii_m : settings.radii_m.value_or(Vec3{});
-    p.equatorial_radius_m = map.semi_major_m > 0 ? map.semi_major_m : radii.x;
-    p.polar_radius_m = map.semi_minor_m > 0 ? map.semi_minor_m : p.equatorial_radius_m;
-    if (!(p.equatorial_radius_m > 0)) throw InputError(source.name() + ": its projection has no radius");
-    if (p.polar_radius_m != p.equatorial_radius_m) p.latitudes = terrain::Latitudes::planetographic;
-    const auto direction = [](const std::array<double, 2>& at) {
-        const double b = at[1] * degree, l = at[0] * degree;
-        return Vec3{std::cos(b) * std::cos(l), std::cos(b) * std::sin(l), std::sin(b)};
-    };
-    std::vector<double> steps, longitudes;
-    double south = 90, north = -90;
-    for (std::size_t i = 0; i + 1 < found.size(); i += 2) {
-        if (!std::isfinite(found[i][0]) || !std::isfinite(found[i + 1][0])) continue;
-        steps.push_back(length(direction(found[i]) - direction(found[i + 1])));
-        longitudes.push_back(found[i][0] - 360 * std::floor(found[i][0] / 360));
-        south = std::min(south, found[i][1]);
-        north = std::max(north, found[i][1]);
-    }
-    if (steps.size() < 4) throw InputError(source.name() + ": PROJ finds no place for its samples");
-    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
-                     steps.end());
-    const double step_rad = steps[steps.size() / 2];
-    if (!(step_rad > 1e-12)) throw InputError(source.name() + ": its pixels have no size");
-    bool has_pole[2] = {false, false};
+    return source_.process().transform(request);
+}
+
+ResampledMap::ResampledMap(MapSource& source, const MapSettings& settings, MapRemarks& remarks)
+    : source_(source) {
+    const GdalMap& map = source.map();
+    if (!map.transform || map.system == GdalSystem::none || map.system == GdalSystem::local)
+        throw InputError(
+            fmt::format("{}: its projection is not known: --edges LEFT,RIGHT,TOP,BOTTOM says where its "
+                        "samples are",
+                        source.name()));
+    const std::array<double, 2> size{static_cast<double>(map.width), static_cast<double>(map.height)};
+    std::vector<std::array<double, 2>> found = sampled_places();
+    const Projection p = ellipsoid_of(source, settings);
+    MapExtent extent = extent_of(source.name(), std::move(found));
     const auto poles = places_of({{0, 89.99999}, {0, -89.99999}});
     for (std::size_t i = 0; i < 2; ++i)
-        has_pole[i] = poles[i].x > -1 && poles[i].y > -1 && poles[i].x < width && poles[i].y < height;
-    if (has_pole[0]) north = 90;
-    if (has_pole[1]) south = -90;
-    const bool about_pole = has_pole[0] != has_pole[1] && (has_pole[0] ? south > 0 : north < 0);
-    if (about_pole) {
-        p = [&] {
-            Projection q = Projection::of_sphere(has_pole[0] ? ProjectionKind::north_polar_stereographic
-                                                             : ProjectionKind::south_polar_stereographic,
-                                                 p.equatorial_radius_m);
-            q.polar_radius_m = p.polar_radius_m;
-            q.latitudes = p.latitudes;
-            return q;
-        }();
-        const double step = step_rad * p.equatorial_radius_m;
-        double left = 0, right = 0, bottom = 0, top = 0;
-        for (std::size_t i = 0; i < found.size(); i += 2) {
-            if (!std::isfinite(found[i][0])) continue;
-            const double flat = p.polar_radius_m / p.equatorial_radius_m;
-            Vec3 d = direction(found[i]);
-            if (p.latitudes == terrain::Latitudes::planetographic) d.z *= flat * flat;
-            const terrain::MapPoint at = p.forward(d);
-            left = std::min(left, at.x_m);
-            right = std::max(right, at.x_m);
-            bottom = std::min(bottom, at.y_m);
-            top = std::max(top, at.y_m);
-        }
-        const auto pixels = [&](double from, double to) {
-            return std::max<std::int64_t>(1, std::llround(std::ceil((to - from) / step)));
-        };
-        frame_ = MapFrame(p, {left, step, 0, top, 0, -step}, terrain::Registration::pixel,
-                          pixels(left, right), pixels(bottom, top));
-    } else {
-        std::sort(longitudes.begin(), longitudes.end());
-        double widest = longitudes.front() + 360 - longitudes.back(), west = longitudes.front(),
-               east = longitudes.back();
-        for (std::size_t i = 1; i < longitudes.size(); ++i)
-            if (longitudes[i] - longitudes[i - 1] > widest) {
-                widest = longitudes[i] - longitudes[i - 1];
-                west = longitudes[i];
-                east = longitudes[i - 1] + 360;
-            }
-        const double step_deg = step_rad / degree;
-        if (has_pole[0] || has_pole[1] || widest < std::max(8.0, 2 * step_deg)) {
-            west = 0;
-            east = 360;
-        }
-        const auto pixels = [&](double from, double to) {
-            return std::max<std::int64_t>(1, std::llround(std::ceil((to - from) / step_deg - 1e-6)));
-        };
-        const std::int64_t columns = pixels(west, east), rows = pixels(south, north);
-        if (east - west < 359.999) east = west + static_cast<double>(columns) * step_deg;
-        if (north < 89.999 || south > -89.999)
-            south = std::max(-90.0, north - static_cast<double>(rows) * step_deg);
-        frame_ = MapFrame::by_edges(p, terrain::Registration::pixel, columns, rows, west * degree,
-                                    east * degree, north * degree, south * degree);
-    }
+        extent.has_pole[i] =
+            poles[i].x > -1 && poles[i].y > -1 && poles[i].x < size[0] && poles[i].y < size[1];
+    if (extent.has_pole[0]) extent.north = 90;
+    if (extent.has_pole[1]) extent.south = -90;
+    const bool about_pole = extent.has_pole[0] != extent.has_pole[1] &&
+                            (extent.has_pole[0] ? extent.south > 0 : extent.north < 0);
+    frame_ = about_pole ? polar_frame(p, extent) : cylindrical_frame(p, extent);
     find_period();
     remarks.note(fmt::format(
         "{}: its projection ({}) is not one that textures have: resampled to {}, {} x {} samples",

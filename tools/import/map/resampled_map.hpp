@@ -33,6 +33,7 @@ private:
     [[nodiscard]] std::vector<terrain::SamplePlace> places(const Block& block) const;
     [[nodiscard]] std::vector<terrain::SamplePlace>
     places_of(std::vector<std::array<double, 2>> degrees) const;
+    [[nodiscard]] std::vector<std::array<double, 2>> sampled_places() const;
     [[nodiscard]] std::array<double, 2> degrees_at(double x, double y) const;
     void resample(std::uint32_t plane, const Block& block, float* out, std::size_t stride);
     void find_period();
