@@ -79,7 +79,7 @@ private:
     static constexpr std::size_t noise_rows = 64;
     std::int32_t noise_row_ = -1; ///< first array row of row_noise_, for reads numbered 0
     std::array<float, noise_rows + kernels::padding> row_noise_{};
-    /// Of a ring slot that holds none.
+    /// Row of a ring slot that holds none.
     static constexpr std::int32_t no_row = std::numeric_limits<std::int32_t>::min();
     std::array<std::int32_t, Scratch::ring> full_row_{}; ///< rows already tested for pixels above full well
     std::array<bool, Scratch::ring> full_{};

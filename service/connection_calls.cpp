@@ -134,7 +134,7 @@ struct Credit {
     }
 };
 
-/// Of the calls in the order of own_calls().
+/// Results of the calls, in the order of own_calls().
 void set_results(Calls& calls) {
     calls[0].results = {
         {"server", "string", "", "\"obscura\""},

@@ -182,7 +182,7 @@ struct TileNumbers {
     bool constant;
 };
 
-/// Of the types f32 and f16.
+/// Samples of the types f32 and f16.
 void encode_floats(const ObtMetadata& m, const TileNumbers& tile, EncodedTile& out) {
     const auto& [numbers, least, largest, constant] = tile;
     Entry& entry = out.entry;

@@ -17,11 +17,11 @@ inline constexpr std::chrono::seconds frames_watched{2};
 /// Half a picture more than the rate allows: frames at just that rate, at times that scatter, all pass.
 inline constexpr double pictures_at_once = 1.5;
 
-/// A camera that somebody looks at.
+/// A camera with viewers.
 struct LivePictures::Camera {
     std::unique_ptr<const transports::FrameRingReader> ring; ///< null: not yet
     FileDescriptor news;
-    std::uint64_t oldest = 0; ///< frames up to this serial number are of a time when nobody looked
+    std::uint64_t oldest = 0;               ///< frames up to this serial number came before the first viewer
     std::optional<Clock::time_point> asked; ///< when the daemon was last asked for its frames
     int missed = 0;
     std::int64_t tai_offset_ns = 0;      ///< TAI minus CLOCK_MONOTONIC, of the daemon

@@ -14,7 +14,7 @@ struct XmlPreset {
     bool has_value = false;
 };
 
-/// Of a list "Feature=value, Feature=value".
+/// One element of a list "Feature=value, Feature=value".
 std::vector<XmlPreset> xml_presets_of(const std::string& values);
 
 std::string explain_bad_preset(const XmlPreset& preset, std::string_view why, const std::string& file);
