@@ -14,12 +14,14 @@ void SoftwareTrigger::stop() {
     sink_ = nullptr;
 }
 
-bool SoftwareTrigger::fire(Time edge, Time scene) {
+bool SoftwareTrigger::fire(Time edge, Time scene, std::uint64_t request) {
     const std::lock_guard lock(mutex_);
     if (sink_ == nullptr) return false;
     const ClockState state = scene == Trigger::scene_of_camera ? ClockState::free : ClockState::locked;
     state_.store(state, std::memory_order_relaxed);
-    sink_->on_trigger({next_id_++, edge, clock_.now(), state, scene});
+    Trigger trigger{next_id_++, edge, clock_.now(), state, scene};
+    trigger.request = request;
+    sink_->on_trigger(trigger);
     return true;
 }
 

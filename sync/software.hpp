@@ -25,8 +25,8 @@ public:
 
     /// Delivers a trigger whose edge is `edge`; returns false when the source is not started. Not for
     /// real-time threads. In lockstep `scene` is the scene's time, and the clock is locked, because it is the
-    /// simulator's own.
-    bool fire(Time edge, Time scene = Trigger::scene_of_camera);
+    /// simulator's own. `request`: see Trigger.
+    bool fire(Time edge, Time scene = Trigger::scene_of_camera, std::uint64_t request = 0);
     [[nodiscard]] ClockState clock_state(Time /*now*/) const noexcept override {
         return state_.load(std::memory_order_relaxed);
     }

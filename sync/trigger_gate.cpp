@@ -50,6 +50,8 @@ bool TriggerGate::offer(const Trigger& trigger, std::size_t input) noexcept {
     if (!is_open() || selected_.load(std::memory_order_relaxed) != input) {
         ignored_.fetch_add(1, std::memory_order_relaxed);
         last_id_[input].store(0, std::memory_order_relaxed);
+        // Edges of inputs that are not selected come all the time.
+        if (trigger.request != 0) tell_refused(trigger);
         return false;
     }
     count_lost(trigger, input);
@@ -64,7 +66,16 @@ bool TriggerGate::offer(const Trigger& trigger, std::size_t input) noexcept {
 void TriggerGate::miss(const Trigger& trigger) noexcept {
     if (!is_open()) return;
     edges_.fetch_add(1, std::memory_order_relaxed);
-    count_missed(1, trigger.edge, MissedReason::chip_busy);
+    miss(trigger, MissedReason::chip_busy);
+}
+
+void TriggerGate::miss(const Trigger& trigger, MissedReason reason) noexcept {
+    count_missed(1, trigger.edge, reason);
+    tell_refused(trigger);
+}
+
+void TriggerGate::tell_refused(const Trigger& trigger) noexcept {
+    if (listener_ != nullptr) listener_->on_refused(trigger);
 }
 
 void TriggerGate::count_missed(std::uint64_t edges, Time edge, MissedReason reason) noexcept {
@@ -94,16 +105,16 @@ bool TriggerGate::refuse(const Trigger& trigger) noexcept {
     const OverTrigger policy = policy_.load(std::memory_order_relaxed);
     if (policy == OverTrigger::ignore) {
         masked_.fetch_add(1, std::memory_order_relaxed);
+        tell_refused(trigger);
         return false;
     }
     std::uint32_t empty = latch_empty;
     if (policy == OverTrigger::count) {
-        count_missed(1, trigger.edge,
-                     trigger.edge < not_before() ? MissedReason::chip_busy : MissedReason::rendering);
+        miss(trigger, trigger.edge < not_before() ? MissedReason::chip_busy : MissedReason::rendering);
         return false;
     }
     if (!latch_.compare_exchange_strong(empty, latch_writing, std::memory_order_acq_rel)) {
-        count_missed(1, trigger.edge, MissedReason::latch_full);
+        miss(trigger, MissedReason::latch_full);
         return false;
     }
     latched_trigger_ = trigger;
@@ -135,12 +146,12 @@ void TriggerGate::promote_latched() noexcept {
 }
 
 bool TriggerGate::discard_latched() noexcept {
-    // Hold the latch while its edge is read, so that no other edge overwrites it.
+    // Hold the latch while it is read, so that no other edge overwrites it.
     std::uint32_t full = latch_full;
     if (!latch_.compare_exchange_strong(full, latch_writing)) return false;
-    const Time edge = latched_trigger_.edge;
+    const Trigger trigger = latched_trigger_;
     latch_.exchange(latch_empty);
-    count_missed(1, edge, MissedReason::stopped);
+    miss(trigger, MissedReason::stopped);
     return true;
 }
 

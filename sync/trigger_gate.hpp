@@ -19,6 +19,8 @@ public:
     virtual ~MissedListener() = default;
     /// An edge at `edge` was missed, or edges before the one at `edge` were lost.
     virtual void on_missed(Time edge) noexcept = 0;
+    /// This edge becomes no frame: missed or masked; ignored or skipped, if someone waits for its outcome.
+    virtual void on_refused(const Trigger& /*trigger*/) noexcept {}
 };
 
 /// Counters of a gate. edges + lost == taken + missed + masked, except while an edge is latched; `ignored` is
@@ -111,6 +113,8 @@ private:
 
     void count_missed(std::uint64_t edges, Time edge, MissedReason reason) noexcept;
     void count_lost(const Trigger& trigger, std::size_t input) noexcept;
+    void miss(const Trigger& trigger, MissedReason reason) noexcept;
+    void tell_refused(const Trigger& trigger) noexcept;
     bool try_take(const Trigger& trigger, std::int64_t held_ns) noexcept;
     bool refuse(const Trigger& trigger) noexcept;
     void promote_latched() noexcept;

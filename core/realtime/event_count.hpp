@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Event count: one waiter with a deadline, many notifiers, lock-free.
+// Event count: waiters with deadlines, many notifiers, lock-free.
 #pragma once
 
 #include "core/time.hpp"
@@ -9,9 +9,10 @@
 
 namespace obscura {
 
-/// Usage on the waiting thread: read `seen = events.value()`, check for work, and only if there is none call
+/// Usage on a waiting thread: read `seen = events.value()`, check for work, and only if there is none call
 /// `events.wait(seen, deadline)`; a notification in between makes the wait return at once.
-/// Thread-safe and real-time safe; notify() makes a system call only while a thread waits.
+/// Thread-safe and real-time safe; notify() wakes all waiting threads, and makes a system call only while a
+/// thread waits.
 class EventCount {
 public:
     static constexpr Time never{INT64_MAX};

@@ -215,6 +215,11 @@ void Camera::on_missed(Time edge) noexcept {
     notify(transports::CameraEvent::trigger_missed, edge);
 }
 
+void Camera::on_refused(const sync::Trigger& trigger) noexcept {
+    releaser_.outcomes().publish(
+        {.trigger_id = trigger.id, .request = trigger.request, .acquisition = maker_.acquisitions()});
+}
+
 void Camera::add_transport(transports::Transport& transport) {
     if (transports_.size() == max_transports)
         throw ConfigError(fmt::format("a camera has at most {} transports", max_transports));
@@ -274,6 +279,11 @@ void Camera::make_frame() noexcept {
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         notify(transports::CameraEvent::error, gate.current().edge);
+        releaser_.outcomes().publish({.frame_id = next_frame_id_ - 1,
+                                      .trigger_id = gate.current().id,
+                                      .request = gate.current().request,
+                                      .acquisition = maker_.acquisitions(),
+                                      .outcome = FrameOutcome::dropped});
     }
     gate.finished();
     router_.moments_changed().notify();
@@ -415,7 +425,8 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     frames_.fetch_add(1, std::memory_order_relaxed);
     sink_ = &releaser_.begin(
         frame, maker_.plan().release, maker_.scene_to_clock_ns(),
-        {.acquisition = maker_.acquisitions(), .min_period_ns = maker_.plan().frame_period_ns});
+        {.acquisition = maker_.acquisitions(), .min_period_ns = maker_.plan().frame_period_ns},
+        router_.gate().current().request);
     // Cancel here if the abort came before begin() and could not reach this frame.
     if (cancel_.load()) releaser_.abandon_all();
     return true;

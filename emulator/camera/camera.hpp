@@ -81,6 +81,10 @@ public:
     void acquisition_stop(bool abort) override;
     [[nodiscard]] bool acquiring() const override { return router_.acquiring(); }
     bool software_trigger(Time edge) override { return router_.software_frame_start(edge); }
+    /// As that without `request`, of outcomes(), which the caller waits for.
+    bool software_trigger(Time edge, const OutcomeRing::Request& request) noexcept {
+        return router_.software_frame_start(edge, request.number);
+    }
     bool action_trigger(Time edge) override { return router_.action(edge); }
     bool software_start_trigger(Time) override { return router_.software_acquisition_start(); }
     bool software_burst_trigger(Time edge) override { return router_.software_burst_start(edge); }
@@ -105,8 +109,10 @@ public:
     /// An edge of Line0 at `edge` would become a frame.
     [[nodiscard]] bool ready_for_line0(Time edge) const noexcept { return router_.ready_for_line(0, edge); }
     [[nodiscard]] CameraMoments moments() const noexcept { return router_.moments(); }
-    /// Notified whenever moments() may have changed; for one waiting thread.
+    /// Notified whenever moments() may have changed.
     [[nodiscard]] EventCount& moments_changed() noexcept { return router_.moments_changed(); }
+    /// What becomes of the edges.
+    [[nodiscard]] OutcomeRing& outcomes() noexcept { return releaser_.outcomes(); }
     /// Heartbeat of the alarm thread: frames of bursts and levels, ends of counters and timers.
     [[nodiscard]] const Heartbeat& alarm_heartbeat() const noexcept { return router_.alarm_heartbeat(); }
     /// False if the camera has been busy with one row block since the last call, because a thread of it
@@ -115,6 +121,7 @@ public:
 
 private:
     void on_missed(Time edge) noexcept override;
+    void on_refused(const sync::Trigger& trigger) noexcept override;
     void notify(transports::CameraEvent event, Time t) noexcept;
 
     // Control side.

@@ -174,7 +174,9 @@ public:
         return row_blocks_made() + current().rays_traced() + current().samples_taken();
     }
     /// Acquisitions begun since construction.
-    [[nodiscard]] std::uint32_t acquisitions() const noexcept { return acquisitions_; }
+    [[nodiscard]] std::uint32_t acquisitions() const noexcept {
+        return acquisitions_.load(std::memory_order_relaxed);
+    }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
     /// Its rows in the time of the scene that is rendered.
@@ -249,7 +251,7 @@ private:
     FrameOrigins origins_;
     std::atomic<std::uint32_t> run_;
     bool has_run_ = false; ///< an acquisition has begun
-    std::uint32_t acquisitions_ = 0;
+    std::atomic<std::uint32_t> acquisitions_{0};
     std::uint64_t lag_from_frame_ = 0; ///< frame whose charge the detector keeps, whole; 0: none
     std::unique_ptr<BlockRenderer> blocks_;
     std::array<std::vector<float>, buffer_count> buffers_;

@@ -53,7 +53,7 @@ TransmitTimestamps* Releaser::transmit_timestamps() noexcept {
 }
 
 RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns,
-                         const FrameFacts& facts) noexcept {
+                         const FrameFacts& facts, std::uint64_t request) noexcept {
     assert(has_room() && release.size() <= settings_.max_rows);
     const std::uint32_t number = begun_.load(std::memory_order_relaxed);
     Job& job = jobs_[number % frames_in_flight];
@@ -68,6 +68,7 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     std::transform(release.begin(), release.end(), job.release.begin(),
                    [shift_ns](Time t) { return t + shift_ns; });
     job.facts = facts;
+    job.request = request;
     job.work = {};
     job.late_rows.store(0, std::memory_order_relaxed);
     job.unwanted.store(false, std::memory_order_relaxed);
@@ -151,16 +152,18 @@ void Releaser::run() noexcept {
         Frame& frame = *job.frame;
         FrameTiming timing;
         if (log_ != nullptr) timing.row_lateness_us = log_->next_rows(job.release.size());
-        const Outcome outcome = release_frame(job, timing);
+        FrameOutcome outcome = release_frame(job, timing);
         const bool at_once = job.timing == ReadoutTiming::fast;
         timing.due = at_once ? timing.first : job.release.front();
         timing.last_due = at_once ? timing.last : job.release.back();
         const std::uint32_t late_rows = job.late_rows.load(std::memory_order_relaxed);
         late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
         stalled_rows_.fetch_add(timing.stalled_rows, std::memory_order_relaxed);
-        if (outcome == Outcome::complete) {
+        const bool whole = outcome == FrameOutcome::complete || outcome == FrameOutcome::repeated;
+        if (whole) {
             // Store the count of frames last, so that a reader of the count sees the frame's other counters.
             if (late_rows > 0) late_.fetch_add(1, std::memory_order_relaxed);
+            if (late_rows > 0 && outcome == FrameOutcome::complete) outcome = FrameOutcome::late;
             if (timing.stalled_rows > 0) stalled_.fetch_add(1, std::memory_order_relaxed);
             complete_.fetch_add(1, std::memory_order_release);
             last_complete_ = job.policy == LatePolicy::repeat ? job.frame : FrameRef();
@@ -194,15 +197,19 @@ void Releaser::run() noexcept {
             }
             log_->push(timing);
         }
+        const OutcomeRecord record{
+            frame.info.frame_id, frame.info.trigger_id, job.request,           job.facts.acquisition,
+            late_rows,           timing.stalled_rows,   reported_flags(frame), outcome};
         job.frame = FrameRef();
         // Sequentially consistent: notify_all() checks for waiters first, and with a weaker store that check
         // may precede the store. A waiter that arrives in between would then sleep forever.
         finished_.store(number + 1);
         finished_.notify_all();
+        outcomes_.publish(record);
     }
 }
 
-Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcept {
+FrameOutcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcept {
     Frame& frame = *job.frame;
     const auto height = static_cast<std::int32_t>(job.release.size());
     for (std::int32_t released = 0; released < height;) {
@@ -210,7 +217,7 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
         const std::uint32_t seen = changed_.value();
         const std::uint32_t exposed = job.exposed.load(std::memory_order_acquire);
         if ((exposed & Job::cancelled) != 0 || stopping_.load(std::memory_order_relaxed))
-            return Outcome::abandoned;
+            return FrameOutcome::abandoned;
         const auto ready = static_cast<std::int32_t>(exposed & Job::rows_mask);
         const auto next = job.release.begin() + released, end = job.release.begin() + ready;
         const Time now = clock_->now();
@@ -255,7 +262,7 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
     }
     timing.last = clock_->now();
     last_row_.add(timing.last - frame.info.trigger_edge);
-    return Outcome::complete;
+    return FrameOutcome::complete;
 }
 
 std::uint32_t Releaser::stalled_rows(const Job& job, std::int32_t from, std::int32_t to, Time now) noexcept {
@@ -267,7 +274,7 @@ std::uint32_t Releaser::stalled_rows(const Job& job, std::int32_t from, std::int
     return static_cast<std::uint32_t>(std::count(marks, marks + stalled, std::uint8_t{0}));
 }
 
-Releaser::Outcome Releaser::miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept {
+FrameOutcome Releaser::miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept {
     Frame& frame = *job.frame;
     job.unwanted.store(true, std::memory_order_relaxed);
     job.late_rows.fetch_add(static_cast<std::uint32_t>(job.release.size()) -
@@ -283,15 +290,15 @@ Releaser::Outcome Releaser::miss(Job& job, std::int32_t released, FrameTiming& t
         timing.last = now;
         last_row_.add(now - frame.info.trigger_edge);
         repeated_.fetch_add(1, std::memory_order_relaxed);
-        return Outcome::complete;
+        return FrameOutcome::repeated;
     }
     if (job.policy == LatePolicy::partial) {
         partial_.fetch_add(1, std::memory_order_relaxed);
-    } else {
-        frame.flags.fetch_or(frame_dropped, std::memory_order_relaxed);
-        dropped_.fetch_add(1, std::memory_order_relaxed);
+        return FrameOutcome::partial;
     }
-    return Outcome::abandoned;
+    frame.flags.fetch_or(frame_dropped, std::memory_order_relaxed);
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+    return FrameOutcome::dropped;
 }
 
 bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {

@@ -9,6 +9,7 @@
 #include "core/realtime/latency_histogram.hpp"
 #include "core/realtime/realtime.hpp"
 #include "emulator/camera/frame_maker.hpp"
+#include "emulator/camera/frame_outcome.hpp"
 #include "emulator/record/timing_log.hpp"
 #include "emulator/render/policies.hpp"
 
@@ -68,9 +69,9 @@ public:
     /// Transmit timestamps of the next frame passed to begin(); null without a log.
     [[nodiscard]] TransmitTimestamps* transmit_timestamps() noexcept;
     /// Starts releasing `frame`: row i is due at `release[i]` (scene clock) plus `shift_ns`.
-    /// The sink stays valid until end().
+    /// The sink stays valid until end(). `request`: of the frame's trigger.
     RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns,
-                   const FrameFacts& facts = {}) noexcept;
+                   const FrameFacts& facts = {}, std::uint64_t request = 0) noexcept;
     /// Where the producer writes what the current frame costs; null without a log.
     [[nodiscard]] FrameWork* work() noexcept { return log_ != nullptr ? &newest().work : nullptr; }
     /// Cancellation flag of the current frame; the producer may stop filling it.
@@ -84,6 +85,8 @@ public:
     void wait_idle() const noexcept;
 
     [[nodiscard]] ReleaseCounters counters() const noexcept;
+    /// Records of all frames that this releaser is done with. The camera adds edges that became none.
+    [[nodiscard]] OutcomeRing& outcomes() noexcept { return outcomes_; }
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
     [[nodiscard]] const LatencyHistogram& trigger_to_first_row() const noexcept { return first_row_; }
     [[nodiscard]] const LatencyHistogram& trigger_to_last_row() const noexcept { return last_row_; }
@@ -112,6 +115,7 @@ private:
         std::vector<std::uint8_t>
             ready_late; ///< of each row, 1: counted in late_rows; final once `exposed` counts it
         FrameFacts facts;
+        std::uint64_t request = 0;
         FrameWork work; ///< written by the producer's threads while the frame has rows left to report
         std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bits above
         std::atomic<bool> unwanted{false};
@@ -119,11 +123,9 @@ private:
         void rows_exposed(std::int32_t rows) noexcept override;
         void set_bits(std::uint32_t bits) noexcept;
     };
-    enum class Outcome : std::uint8_t { complete, abandoned };
-
     void run() noexcept;
-    Outcome release_frame(Job& job, FrameTiming& timing) noexcept;
-    Outcome miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept;
+    FrameOutcome release_frame(Job& job, FrameTiming& timing) noexcept;
+    FrameOutcome miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept;
     bool repeat_last(Job& job, std::int32_t from) noexcept;
     /// How many of the rows `from` to `to`, which leave now, were ready in time and are stalled.
     [[nodiscard]] static std::uint32_t stalled_rows(const Job& job, std::int32_t from, std::int32_t to,
@@ -146,6 +148,7 @@ private:
     std::atomic<bool> stopping_{false};
     EventCount changed_; ///< wakes the release thread: a frame begun, rows exposed, the end
     Heartbeat heartbeat_{"release"};
+    OutcomeRing outcomes_;
 
     // Release thread only.
     FrameRef last_complete_; ///< kept under LatePolicy::repeat

@@ -2,7 +2,6 @@
 #include "emulator/control/camera_calls.hpp"
 
 #include "core/realtime/log.hpp"
-#include "emulator/camera/frame_outcome.hpp"
 #include "emulator/control/camera_features.hpp"
 #include "emulator/simulator/simulator_protocol.hpp"
 
@@ -10,11 +9,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <utility>
 
 namespace obscura::emulator {
@@ -30,8 +27,9 @@ using service::Permission;
 using service::Work;
 
 /// Longest wait for the frame of a trigger, as that of a step.
-constexpr std::int64_t patience_ns = 60 * ns_per_s;
-constexpr std::chrono::milliseconds outcome_poll_interval{1};
+constexpr std::int64_t frame_timeout_ns = 60 * ns_per_s;
+/// So often a wait sees whether its client has cancelled it.
+constexpr std::int64_t cancel_check_interval_ns = 100 * ns_per_ms;
 
 Failure not_now(const std::string& message, const std::string& hint = {}) {
     Failure failure(FailureCode::not_now, message);
@@ -91,20 +89,18 @@ json readout_of(const Camera& camera) {
             {"windows", std::move(windows)}};
 }
 
-/// Holds a flag that one client may have at a time.
-class OneAtATime {
-public:
-    explicit OneAtATime(std::atomic<bool>& flag) : flag_(flag) {
-        if (flag_.exchange(true))
-            throw Failure(FailureCode::busy, "camera.trigger: another client's trigger is in progress");
+/// Waits until the outcome of a trigger is known. Throws Failure.
+OutcomeRecord await_outcome(OutcomeRing& outcomes, OutcomeRing::Request& request, const Work& work) {
+    const MonotonicClock clock;
+    const Time give_up = clock.now() + frame_timeout_ns;
+    for (;;) {
+        if (work.cancelled()) throw service::cancelled();
+        const Time now = clock.now();
+        if (now > give_up) throw not_now("camera.trigger: the frame does not come");
+        if (const auto record = outcomes.wait(request, std::min(give_up, now + cancel_check_interval_ns)))
+            return *record;
     }
-    ~OneAtATime() { flag_ = false; }
-    OneAtATime(const OneAtATime&) = delete;
-    OneAtATime& operator=(const OneAtATime&) = delete;
-
-private:
-    std::atomic<bool>& flag_;
-};
+}
 
 } // namespace
 
@@ -322,8 +318,8 @@ Answer CameraCalls::set(const Set& set, const Work& work) const {
 
 Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
     ControlledCamera& chosen = camera(trigger);
-    const OneAtATime mine(chosen.triggering);
-    CameraCounters before;
+    OutcomeRing& outcomes = chosen.camera.outcomes();
+    OutcomeRing::Request request;
     Time edge;
     bool accepted = false;
     change(chosen, [&] {
@@ -335,27 +331,18 @@ Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
                 fmt::format("camera.trigger: TriggerMode is {} and TriggerSource {}, not On and Software",
                             choice.enabled ? "On" : "Off", name_of(choice.source)),
                 "camera.set");
-        before = chosen.camera.counters();
+        request = outcomes.request();
         edge = chosen.clock.now();
-        accepted = chosen.camera.software_trigger(edge);
+        accepted = chosen.camera.software_trigger(edge, request);
     });
     Answer answer;
     answer.head = {{"accepted", accepted}, {"edge_tai_ns", edge.ns + chosen.clock.tai_offset_ns()}};
     if (!trigger.wait) return answer;
-    CameraCounters after = chosen.camera.counters();
-    // Edges of sources that are not selected come at any time, and are ignored.
-    const auto ended = [](const CameraCounters& c) { return ended_edges(c) - c.ignored; };
-    while (ended(after) == ended(before)) {
-        if (work.cancelled()) throw service::cancelled();
-        if (chosen.clock.now() - edge > patience_ns) throw not_now("camera.trigger: the frame does not come");
-        std::this_thread::sleep_for(outcome_poll_interval);
-        after = chosen.camera.counters();
-    }
-    const std::string outcome = outcome_of(before, after);
-    answer.head["outcome"] = outcome;
-    if (outcome == "missed") return answer;
-    answer.head["frame"] = chosen.camera.moments().frame_id;
-    answer.head["late_rows"] = after.late_rows - before.late_rows;
+    const OutcomeRecord record = accepted ? await_outcome(outcomes, request, work) : OutcomeRecord{};
+    answer.head["outcome"] = name_of(record.outcome);
+    if (record.outcome == FrameOutcome::missed) return answer;
+    answer.head["frame"] = record.frame_id;
+    answer.head["late_rows"] = record.late_rows;
     answer.head["seconds"] = to_seconds(chosen.clock.now() - edge);
     return answer;
 }

@@ -7,7 +7,6 @@
 #include "emulator/camera/camera.hpp"
 #include "transports/transport.hpp"
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -41,8 +40,6 @@ struct ControlledCamera {
     /// Where things are in a frame that was looked at; null: its scene has been replaced since. Throws
     /// ConfigError. Empty: not known.
     std::function<std::shared_ptr<const FrameOverlay>(const transports::KeptFrame&)> overlay{};
-    /// A trigger of a client is in progress. Counters tell the outcome of one at a time.
-    std::atomic<bool> triggering{false};
 };
 
 } // namespace obscura::emulator

@@ -5,7 +5,6 @@
 #include "core/error.hpp"
 #include "core/realtime/log.hpp"
 #include "core/realtime/realtime.hpp"
-#include "emulator/camera/frame_outcome.hpp"
 #include "sync/inputs/ipv4_endpoint.hpp"
 
 #include <fmt/format.h>
@@ -26,10 +25,12 @@
 namespace obscura::emulator {
 namespace {
 
-constexpr std::size_t most_clients = 8;
-constexpr std::size_t most_input = 16 * simulator_line_bytes; // input buffered while a step is in progress
-constexpr std::int64_t patience_ns = 60 * ns_per_s;           // longest wait for one frame
-constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // longest wait for a busy camera
+constexpr std::size_t max_clients = 8;
+constexpr std::size_t max_input = 16 * simulator_line_bytes; // input buffered while a step is in progress
+constexpr std::int64_t step_timeout_ns = 60 * ns_per_s;      // longest wait for one frame
+constexpr std::int64_t ready_timeout_ns = 15 * ns_per_s;     // longest wait for a busy camera
+/// So often a step sees whether it has been given up, and whether settings keep the camera from being ready.
+constexpr std::int64_t step_check_interval_ns = 100 * ns_per_ms;
 
 /// Longest time without a proof: the places of clients are few.
 constexpr std::chrono::seconds admission_time{5};
@@ -105,6 +106,8 @@ void SimulatorServer::start() {
     if (!wake_) fail();
     stopping_ = false;
     handed_over_.open();
+    line_step_.stopping = false;
+    step_thread_ = std::thread([this] { run_steps(); });
     thread_ = std::thread([this] { work(); });
 }
 
@@ -113,10 +116,16 @@ void SimulatorServer::stop() {
     stopping_ = true;
     wake();
     thread_.join();
+    cancel_step();
+    {
+        const std::lock_guard lock(line_step_.mutex);
+        line_step_.stopping = true;
+    }
+    line_step_.changed.notify_all();
+    step_thread_.join();
     handed_over_.close();
     heartbeat_.rest();
     clients_.clear();
-    step_ = {};
     for (FileDescriptor* fd : {&tcp_, &udp_, &wake_})
         *fd = FileDescriptor();
 }
@@ -136,8 +145,8 @@ FileDescriptor SimulatorServer::connect() {
 
 void SimulatorServer::step_with(sync::SoftwareTrigger* source) {
     source_ = source;
-    // Wait until the server thread has finished firing the old source.
-    while (stepping_)
+    // Wait until the thread of a step has finished firing the old source.
+    while (firing_)
         std::this_thread::yield();
 }
 
@@ -154,11 +163,10 @@ void SimulatorServer::work() {
             {wake_.get(), POLLIN, 0}, {tcp_.get(), POLLIN, 0}, {udp_.get(), POLLIN, 0}};
         for (const auto& client : clients_) {
             // Stop reading from a client whose input buffer is full.
-            const bool full = client->input.size() >= most_input;
+            const bool full = client->input.size() >= max_input;
             watched.push_back({client->fd.get(), static_cast<short>(full ? 0 : POLLIN), 0});
         }
-        const bool in_step = step_.client != nullptr;
-        const timespec limit{0, in_step ? 500 * ns_per_us : Heartbeat::longest_wait_ns};
+        const timespec limit{0, Heartbeat::longest_wait_ns};
         if (::ppoll(watched.data(), watched.size(), &limit, nullptr) < 0 && errno != EINTR) break;
         std::uint64_t rings = 0;
         if (watched[0].revents != 0 && ::read(wake_.get(), &rings, sizeof rings) < 0) rings = 0;
@@ -167,13 +175,13 @@ void SimulatorServer::work() {
             if (watched[3 + i].revents != 0) receive(*clients_[i]);
         if (watched[1].revents != 0) accept_client();
         if (rings != 0) handed_over_.serve();
-        go_on_with_step();
+        answer_step();
         for (const auto& client : clients_) {
             admit(*client);
             handle_lines(*client);
         }
         std::erase_if(clients_, [this](const std::unique_ptr<Client>& client) {
-            if (client->gone && step_.client == client.get()) step_ = {};
+            if (client->gone && step_client_ == client.get()) cancel_step();
             return client->gone;
         });
     }
@@ -187,7 +195,7 @@ void SimulatorServer::accept_client() {
     if (!fd) return;
     const auto remote = std::count_if(clients_.begin(), clients_.end(),
                                       [](const auto& client) { return !client->of_this_process; });
-    if (static_cast<std::size_t>(remote) >= most_clients) {
+    if (static_cast<std::size_t>(remote) >= max_clients) {
         refused_.fetch_add(1);
         return;
     }
@@ -253,7 +261,7 @@ void SimulatorServer::receive_datagrams() {
 }
 
 void SimulatorServer::handle_lines(Client& client) {
-    while (!client.gone && step_.client != &client && client.proof.empty()) {
+    while (!client.gone && step_client_ != &client && client.proof.empty()) {
         const std::size_t end = client.input.find('\n');
         if (end == std::string::npos) {
             if (client.input.size() > simulator_line_bytes) {
@@ -323,50 +331,114 @@ std::string SimulatorServer::take_pose(const PoseLine& line) {
 }
 
 void SimulatorServer::begin_step(Client& client, Time scene) {
-    if (source_.load() == nullptr) return refuse(client, "step: trigger.source is not \"lockstep\"");
-    if (!camera_.acquiring()) return refuse(client, "step: the camera does not acquire");
-    if (step_.client != nullptr) return refuse(client, "step: another client's step is in progress");
-    if (scene <= client.last_step) return refuse(client, "step: TIME: not later than the step before");
-    client.last_step = scene;
-    step_ = {&client, scene, clock_.now() + readiness_ns, std::nullopt};
-    go_on_with_step();
+    if (const std::string why = claim_step(scene, client.last_step); !why.empty()) return refuse(client, why);
+    step_client_ = &client;
+    step_scene_ = scene;
+    {
+        const std::lock_guard lock(line_step_.mutex);
+        line_step_.wanted = scene;
+        line_step_.cancelled = false;
+    }
+    line_step_.changed.notify_all();
 }
 
-void SimulatorServer::go_on_with_step() {
-    if (step_.client == nullptr) return;
-    Client& client = *step_.client;
-    const Time now = clock_.now();
-    const auto end = [this] { step_.client = nullptr; };
-    if (!step_.before) {
-        if (camera_.ready_for_line0(now)) {
-            step_.before = camera_.counters();
-            step_.give_up = now + patience_ns;
-            stepping_ = true;
-            sync::SoftwareTrigger* source = source_.load();
-            const bool fired = source != nullptr && source->fire(now, step_.scene);
-            stepping_ = false;
-            if (fired) return;
-            end();
-            refuse(client, "step: trigger.source is not \"lockstep\" any more");
-        } else if (now > step_.give_up || !camera_.acquiring()) {
-            end();
-            refuse(client, camera_.acquiring() ? "step: the camera is not ready or listens to another source"
-                                               : "step: the camera does not acquire");
-        }
-        return;
+void SimulatorServer::answer_step() {
+    if (step_client_ == nullptr) return;
+    std::optional<StepResult> done;
+    {
+        const std::lock_guard lock(line_step_.mutex);
+        done.swap(line_step_.done);
     }
-    const CameraCounters after = camera_.counters();
-    if (ended_edges(after) == ended_edges(*step_.before)) {
-        if (now <= step_.give_up) return;
-        end();
-        return refuse(client, "step: the frame does not come");
+    if (!done) return;
+    Client& client = *std::exchange(step_client_, nullptr);
+    if (!done->refusal.empty()) return refuse(client, done->refusal);
+    answer(client,
+           fmt::format("frame {} {} {} {} {}", done->frame.frame_id, seconds_text(step_scene_),
+                       name_of(done->frame.outcome), done->frame.late_rows, quality_words(done->quality)));
+}
+
+void SimulatorServer::cancel_step() {
+    if (step_client_ == nullptr) return;
+    step_client_ = nullptr;
+    line_step_.cancelled = true;
+    camera_.outcomes().wake_all();
+    camera_.moments_changed().notify();
+    // Wait for its end, so that another client's step is not refused for it.
+    std::unique_lock lock(line_step_.mutex);
+    line_step_.changed.wait(lock, [this] { return line_step_.done.has_value(); });
+    line_step_.done.reset();
+}
+
+void SimulatorServer::run_steps() {
+    name_this_thread("simulator-step");
+    if (scheduling_.has_priority()) schedule_this_thread(scheduling_);
+    std::unique_lock lock(line_step_.mutex);
+    for (;;) {
+        line_step_.changed.wait(lock, [this] { return line_step_.stopping || line_step_.wanted; });
+        if (line_step_.stopping) return;
+        const Time scene = *std::exchange(line_step_.wanted, std::nullopt);
+        lock.unlock();
+        StepResult result = make_step(scene, line_step_.cancelled);
+        lock.lock();
+        line_step_.done = std::move(result);
+        line_step_.changed.notify_all();
+        wake();
     }
-    steps_.fetch_add(1);
-    const CameraCounters before = *step_.before;
-    end();
-    answer(client, fmt::format("frame {} {} {} {} {}", camera_.moments().frame_id, seconds_text(step_.scene),
-                               outcome_of(before, after), after.late_rows - before.late_rows,
-                               quality_words(after.quality)));
+}
+
+std::string SimulatorServer::claim_step(Time scene, Time& last) {
+    if (source_.load() == nullptr) return "step: trigger.source is not \"lockstep\"";
+    if (!camera_.acquiring()) return "step: the camera does not acquire";
+    if (step_claimed_.exchange(true)) return "step: another client's step is in progress";
+    if (scene > last) {
+        last = scene;
+        return {};
+    }
+    step_claimed_ = false;
+    return "step: TIME: not later than the step before";
+}
+
+SimulatorServer::StepResult SimulatorServer::make_step(Time scene, const std::atomic<bool>& cancelled) {
+    StepResult result;
+    OutcomeRing& outcomes = camera_.outcomes();
+    OutcomeRing::Request request = outcomes.request();
+    result.refusal = fire_step(scene, request.number, cancelled);
+    const Time give_up = clock_.now() + step_timeout_ns;
+    std::optional<OutcomeRecord> record;
+    while (result.refusal.empty() && !record) {
+        const Time now = clock_.now();
+        record = outcomes.wait(request, std::min(give_up, now + step_check_interval_ns));
+        if (!record && (now > give_up || cancelled)) result.refusal = "step: the frame does not come";
+    }
+    if (record) {
+        steps_.fetch_add(1);
+        result.frame = *record;
+        if (record->outcome == FrameOutcome::missed) result.frame.frame_id = camera_.moments().frame_id;
+        result.quality = camera_.counters().quality;
+    }
+    step_claimed_ = false;
+    return result;
+}
+
+std::string SimulatorServer::fire_step(Time scene, std::uint64_t request,
+                                       const std::atomic<bool>& cancelled) {
+    const Time ready_by = clock_.now() + ready_timeout_ns;
+    for (;;) {
+        const std::uint32_t seen = camera_.moments_changed().value();
+        const Time now = clock_.now();
+        if (camera_.ready_for_line0(now)) break;
+        if (!camera_.acquiring()) return "step: the camera does not acquire";
+        if (now > ready_by || cancelled) return "step: the camera is not ready or listens to another source";
+        const CameraMoments moments = camera_.moments();
+        Time until = now + step_check_interval_ns;
+        if (moments.ready && moments.not_before > now) until = std::min(until, moments.not_before);
+        camera_.moments_changed().wait(seen, until);
+    }
+    firing_ = true;
+    sync::SoftwareTrigger* const source = source_.load();
+    const bool fired = source != nullptr && source->fire(clock_.now(), scene, request);
+    firing_ = false;
+    return fired ? std::string() : "step: trigger.source is not \"lockstep\" any more";
 }
 
 std::string SimulatorServer::state_line() const {

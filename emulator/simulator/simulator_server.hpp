@@ -15,10 +15,12 @@
 #include "sync/software.hpp"
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -34,7 +36,7 @@ using PoseRings = std::map<std::string, std::shared_ptr<PoseRing>, std::less<>>;
 [[nodiscard]] PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s);
 
 /// TCP carries lines in both directions, UDP on the same port poses only; with a token there is no UDP, and
-/// the first line of a connection proves the token. It has a thread of its own. An
+/// the first line of a connection proves the token. It has a thread of its own, and another one for steps. An
 /// invalid line is answered with an error line; a client that does not read its answers is disconnected. A
 /// step triggers a frame as soon as the camera is ready, and is answered when that frame's last row has been
 /// released, or when the frame has failed.
@@ -75,11 +77,20 @@ private:
         service::Tokens::Clock::time_point proof_due, admit_by;
         Time last_step{-1}; ///< scene time of the last step of this connection
     };
-    /// The step in progress.
-    struct Step {
-        Client* client = nullptr;
-        Time scene, give_up;
-        std::optional<CameraCounters> before; ///< set when triggered
+    /// What became of a step.
+    struct StepResult {
+        OutcomeRecord frame;
+        QualityCounters quality;
+        std::string refusal; ///< empty: the frame has come to its end
+    };
+    /// Steps of the lines, one at a time, which the step thread makes for the server's.
+    struct LineStep {
+        std::mutex mutex;
+        std::condition_variable changed;
+        std::optional<Time> wanted;
+        std::optional<StepResult> done;
+        bool stopping = false;
+        std::atomic<bool> cancelled{false};
     };
 
     void work();
@@ -97,7 +108,18 @@ private:
     /// Adds the pose to its ring. Returns empty, or the reason why it was refused.
     std::string take_pose(const PoseLine& line);
     void begin_step(Client& client, Time scene);
-    void go_on_with_step();
+    /// Answers the step that has been made, if any.
+    void answer_step();
+    /// Gives up the step of a client that has gone.
+    void cancel_step();
+    void run_steps();
+    /// Makes the next step this caller's. Returns empty, or the reason why it cannot be made.
+    [[nodiscard]] std::string claim_step(Time scene, Time& last);
+    /// Makes the step that the caller has claimed, and returns when its frame has come to its end.
+    [[nodiscard]] StepResult make_step(Time scene, const std::atomic<bool>& cancelled);
+    /// Waits until the camera is ready and triggers it. Returns empty, or the reason why it did not.
+    [[nodiscard]] std::string fire_step(Time scene, std::uint64_t request,
+                                        const std::atomic<bool>& cancelled);
     void answer(Client& client, const std::string& line);
     [[nodiscard]] std::string state_line() const;
     void refuse(Client& client, const std::string& why);
@@ -110,16 +132,18 @@ private:
     RenderScheduling scheduling_;
     service::Tokens tokens_; ///< empty: every client may send lines
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
-    std::atomic<bool> stopping_{false}, stepping_{false};
+    std::atomic<bool> stopping_{false}, firing_{false}, step_claimed_{false};
     FileDescriptor tcp_, udp_, wake_;
     WorkQueue handed_over_; ///< connections of this process
     std::uint16_t port_ = 0;
     std::vector<std::unique_ptr<Client>> clients_;
-    Step step_;
+    Client* step_client_ = nullptr; ///< waits for the answer to its step
+    Time step_scene_;
+    LineStep line_step_;
     bool bad_datagram_reported_ = false;
     std::atomic<std::uint64_t> connections_{0}, poses_{0}, steps_{0}, refused_{0};
     Heartbeat heartbeat_{"simulator"};
-    std::thread thread_;
+    std::thread thread_, step_thread_;
 };
 
 } // namespace obscura::emulator

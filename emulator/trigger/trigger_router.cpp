@@ -55,7 +55,7 @@ void TriggerRouter::select(const CameraSettings& settings) noexcept {
 
 void TriggerRouter::forget() noexcept {
     burst_.reset();
-    exposure_armed_.store(false, std::memory_order_relaxed);
+    exposure_armed_.store(0, std::memory_order_relaxed);
     alarms_->clear(burst_frame);
     alarms_->clear(level_frame);
     selection_.fetch_add(1, std::memory_order_relaxed);
@@ -79,8 +79,9 @@ void TriggerRouter::acquisition_stop(bool and_finished) noexcept {
     start_awaited_.store(false, std::memory_order_release);
 }
 
-bool TriggerRouter::software_frame_start(Time edge) noexcept {
-    const sync::Trigger trigger{software_ids_.fetch_add(1) + 1, edge, clock_.now()};
+bool TriggerRouter::software_frame_start(Time edge, std::uint64_t request) noexcept {
+    sync::Trigger trigger{software_ids_.fetch_add(1) + 1, edge, clock_.now()};
+    trigger.request = request;
     if (acquisition_start_awaited() || burst_.awaited()) return false;
     return frame_trigger_.accepts(TriggerSource::software, false) ? start_frame(trigger, software_route)
                                                                   : offer(trigger, software_route);
@@ -144,7 +145,7 @@ bool TriggerRouter::route_edge(const sync::Trigger& trigger, TriggerSource sourc
     }
     // FrameStart, unless it has armed the exposure already.
     const bool for_exposure = exposure_trigger_.accepts(source, trigger.falling);
-    const bool armed = exposure_armed_.load(std::memory_order_acquire);
+    const bool armed = exposure_armed_.load(std::memory_order_acquire) != 0;
     if (frame_trigger_.accepts(source, trigger.falling) && !(for_exposure && armed)) {
         if (level_holds(frame_trigger_)) {
             continue_level(trigger.edge);
@@ -186,15 +187,23 @@ bool TriggerRouter::start_frame(const sync::Trigger& trigger, TriggerRoute route
     if (!exposure_trigger_.enabled()) return divide(trigger, route);
     if (!gate_.is_open()) return false;
     numbers_.consume(route);
-    if (!exposure_armed_.exchange(true, std::memory_order_acq_rel)) return true;
+    std::uint64_t unarmed = 0;
+    if (exposure_armed_.compare_exchange_strong(
+            unarmed, trigger.request != 0 ? trigger.request : armed_without_request,
+            std::memory_order_acq_rel))
+        return true;
     gate_.miss(trigger);
     return false;
 }
 
 bool TriggerRouter::start_exposure(const sync::Trigger& trigger, TriggerRoute route) noexcept {
-    if (frame_trigger_.enabled() && !exposure_armed_.load(std::memory_order_acquire)) return false;
-    const bool taken = offer(trigger, route);
-    if (taken) exposure_armed_.store(false, std::memory_order_release);
+    const std::uint64_t armed = exposure_armed_.load(std::memory_order_acquire);
+    if (frame_trigger_.enabled() && armed == 0) return false;
+    sync::Trigger exposing = trigger;
+    // The frame is that of the edge of FrameStart too.
+    if (exposing.request == 0 && armed != armed_without_request) exposing.request = armed;
+    const bool taken = offer(exposing, route);
+    if (taken) exposure_armed_.store(0, std::memory_order_release);
     return taken;
 }
 
@@ -203,7 +212,9 @@ bool TriggerRouter::divide(const sync::Trigger& trigger, TriggerRoute route) noe
     const std::uint32_t divider = divider_.load(std::memory_order_relaxed);
     if (divider <= 1 || !gate_.is_open()) return offer(trigger, route);
     const std::optional<sync::Trigger> divided = numbers_.divided(trigger, route, divider);
-    return !divided || offer(*divided, route);
+    if (divided) return offer(*divided, route);
+    if (trigger.request != 0) missed_.on_refused(trigger);
+    return true;
 }
 
 bool TriggerRouter::offer(const sync::Trigger& trigger, TriggerRoute route) noexcept {

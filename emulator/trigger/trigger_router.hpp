@@ -70,8 +70,8 @@ public:
     void reset_timer(std::size_t i) noexcept { events_.reset_timer(i); }
 
     /// SFNC TriggerSoftware of FrameStart, AcquisitionStart, FrameBurstStart, ExposureStart, and Action1.
-    /// True when the edge was consumed.
-    bool software_frame_start(Time edge) noexcept;
+    /// True when the edge was consumed. `request`: see sync::Trigger.
+    bool software_frame_start(Time edge, std::uint64_t request = 0) noexcept;
     bool software_acquisition_start() noexcept;
     bool software_burst_start(Time edge) noexcept;
     bool software_exposure_start(Time edge) noexcept;
@@ -107,7 +107,7 @@ public:
     /// All but the sequence step.
     [[nodiscard]] CameraActivity activity() const noexcept;
     [[nodiscard]] CameraMoments moments() const noexcept;
-    /// Notified whenever moments() may have changed; for one waiting thread.
+    /// Notified whenever moments() may have changed.
     [[nodiscard]] EventCount& moments_changed() noexcept { return moments_changed_; }
     [[nodiscard]] const Heartbeat& alarm_heartbeat() const noexcept { return alarms_->heartbeat(); }
 
@@ -129,6 +129,7 @@ private:
     };
 
     void on_missed(Time edge) noexcept override;
+    void on_refused(const sync::Trigger& trigger) noexcept override { missed_.on_refused(trigger); }
     [[nodiscard]] IoInputs io_inputs() const noexcept override;
     void on_end(TriggerSource source, const sync::Trigger& end) noexcept override;
     void on_alarm(std::size_t alarm, Time due) noexcept;
@@ -182,7 +183,8 @@ private:
     // States of the triggers.
     std::atomic<bool> start_awaited_{false};
     FrameBurst burst_;
-    std::atomic<bool> exposure_armed_{false}; ///< by FrameStart
+    static constexpr std::uint64_t armed_without_request = UINT64_MAX;
+    std::atomic<std::uint64_t> exposure_armed_{0}; ///< request of the edge of FrameStart that did it; 0: not
 
     std::atomic<std::uint64_t> software_ids_{0}, exposure_ids_{0}, action_ids_{0}, self_paced_ids_{0};
 };

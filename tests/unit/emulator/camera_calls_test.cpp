@@ -34,14 +34,26 @@ public:
 
 /// A camera that waits for software triggers, and the calls of one client.
 struct CallsBench : CameraBench {
-    CallsBench()
-        : CameraBench(small_sensor(), 5,
-                      [](CameraSettings& s) { s.frame_trigger.source = TriggerSource::software; }) {
+    explicit CallsBench(std::int64_t exposure_ns = 100 * ns_per_us,
+                        sync::OverTrigger policy = sync::OverTrigger::count)
+        : CameraBench(
+              small_sensor(), 5,
+              [exposure_ns](CameraSettings& s) {
+                  s.frame_trigger.source = TriggerSource::software;
+                  s.exposure_ns = exposure_ns;
+              },
+              policy) {
         cameras.push_back(std::unique_ptr<ControlledCamera>(new ControlledCamera{
             camera, clock, [this](const transports::Transport::ControlWork& run) { run(controller); },
             [] { return FileDescriptor(); }}));
         client = std::make_unique<CameraCalls>(cameras);
         calls = client->calls();
+    }
+    /// What a client with a connection of its own is told.
+    json trigger_as_another_client() {
+        CameraCalls another(cameras);
+        json none = json::object();
+        return service::bind(service::find_call(another.calls(), "camera.trigger"), none).run(work).head;
     }
     json ask(const std::string& call, json fields = json::object()) {
         return service::bind(service::find_call(calls, call), fields).run(work).head;
@@ -181,12 +193,70 @@ TEST_CASE("a trigger tells what became of it") {
     bench.wait_ended(2);
 
     bench.wait_ready();
-    bench.cameras[0]->triggering = true; // another client's
-    CHECK(bench.refusal("camera.trigger").code == FailureCode::busy);
-    bench.cameras[0]->triggering = false;
     CHECK(bench.ask("camera.trigger")["frame"] == 3);
     bench.ask("camera.set", {{"values", {{"TriggerSource", "Line0"}}}});
     CHECK_THAT(bench.refusal("camera.trigger").what(), ContainsSubstring("TriggerSource Line0"));
+}
+
+TEST_CASE("triggers of two clients, 1 ms apart, have their own outcomes") {
+    // The second edge is latched, and its frame begins when the first one's exposure has ended.
+    const std::int64_t exposure_ns = 200 * ns_per_ms;
+    CallsBench bench(exposure_ns, sync::OverTrigger::latch);
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    json first, second;
+    const Time begin = bench.clock.now();
+    std::thread one([&] { first = bench.trigger_as_another_client(); });
+    render_gate().wait_for_render();
+    std::thread other([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        second = bench.trigger_as_another_client();
+    });
+    // Past the first frame's last row, and long before the second one's first.
+    std::this_thread::sleep_for(
+        std::chrono::nanoseconds(begin.ns + exposure_ns + 20 * ns_per_ms - bench.clock.now().ns));
+    render_gate().open();
+    one.join();
+    other.join();
+    CHECK(first["accepted"] == true);
+    CHECK(first["outcome"] == "late");
+    CHECK(first["frame"] == 1);
+    CHECK(first["late_rows"] == bench.sensor.readout.height);
+    CHECK(second["accepted"] == true);
+    CHECK(second["outcome"] == "complete");
+    CHECK(second["frame"] == 2);
+    CHECK(second["late_rows"] == 0);
+    CHECK(bench.camera.counters().latched_triggers == 1);
+}
+
+TEST_CASE("a trigger that the busy chip refuses does not end the wait for the one before") {
+    CallsBench bench(200 * ns_per_ms);
+    REQUIRE(bench.camera.acquisition_start());
+    json first;
+    std::thread one([&] { first = bench.trigger_as_another_client(); });
+    while (bench.camera.counters().frames == 0)
+        std::this_thread::yield();
+    bench.wait_ready(); // rendered: only the chip is busy
+    const json refused = bench.ask("camera.trigger");
+    one.join();
+    CHECK(refused["accepted"] == false);
+    CHECK(refused["outcome"] == "missed");
+    CHECK(bench.camera.counters().missed_because[static_cast<std::size_t>(MissedReason::chip_busy)] == 1);
+    CHECK(first["outcome"] == "complete");
+    CHECK(first["frame"] == 1);
+    CHECK(first["late_rows"] == 0);
+}
+
+TEST_CASE("edges that a divider skips are told as missed at once") {
+    CallsBench bench;
+    bench.ask("camera.set", {{"values", {{"TriggerDivider", 2}}}});
+    REQUIRE(bench.camera.acquisition_start());
+    CHECK(bench.ask("camera.trigger")["frame"] == 1);
+    bench.wait_ready();
+    const json skipped = bench.ask("camera.trigger");
+    CHECK(skipped["accepted"] == true);
+    CHECK(skipped["outcome"] == "missed");
+    CHECK(bench.camera.counters().frames == 1);
 }
 
 TEST_CASE("edges of another source do not end the wait for a triggered frame") {
@@ -213,7 +283,6 @@ TEST_CASE("a cancelled trigger no longer waits for its frame") {
     render_gate().close();
     bench.work.stop = true;
     CHECK(bench.refusal("camera.trigger").code == FailureCode::cancelled);
-    CHECK(bench.cameras[0]->triggering == false);
     render_gate().open();
     bench.wait_ended(1);
 }

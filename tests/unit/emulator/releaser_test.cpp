@@ -95,7 +95,11 @@ TEST_CASE("fast, rows leave when they are ready, before or after the chip's time
 TEST_CASE("late rows are counted one by one and leave at once") {
     Bench bench;
     const FrameRef frame = bench.frame(4);
-    RowSink& sink = bench.releaser.begin(frame, {Time{0}, Time{10}, Time{20}, Time{30}}, 1000);
+    frame->info.frame_id = 5;
+    frame->info.trigger_id = 7;
+    OutcomeRing::Request request = bench.releaser.outcomes().request();
+    RowSink& sink = bench.releaser.begin(frame, {Time{0}, Time{10}, Time{20}, Time{30}}, 1000,
+                                         {.acquisition = 2}, request.number);
     bench.clock->advance_to(Time{1015});
     sink.rows_exposed(2); // due at 1000 and 1010
     frame->wait_rows(2);
@@ -111,6 +115,15 @@ TEST_CASE("late rows are counted one by one and leave at once") {
     CHECK(c.late == 1);
     CHECK(c.late_rows == 2);
     CHECK((frame->flags.load() & frame_late) != 0);
+    const auto record = bench.releaser.outcomes().wait(request, EventCount::never);
+    REQUIRE(record);
+    CHECK(record->outcome == FrameOutcome::late);
+    CHECK(record->frame_id == 5);
+    CHECK(record->trigger_id == 7);
+    CHECK(record->acquisition == 2);
+    CHECK(record->late_rows == 2);
+    CHECK(record->stalled_rows == 0);
+    CHECK((record->flags & frame_late) != 0);
 }
 
 TEST_CASE("rows ready in time that leave late are stalled, apart from late ones") {
