@@ -30,8 +30,8 @@ CameraCalls::Cameras cameras_of(Daemon& daemon) {
         cameras.push_back(std::unique_ptr<ControlledCamera>(new ControlledCamera{
             unit.camera(), unit.clock(),
             [&unit](const transports::Transport::ControlWork& work) { unit.run_between_commands(work); },
-            [&unit] { return unit.connect_to_simulator(); }, unit.watch(), unit.fault_rules(),
-            &unit.recent_timing(), [&daemon] { return daemon.config_sha256(); }, unit.device_features(),
+            unit.simulator(), unit.watch(), unit.fault_rules(), &unit.recent_timing(),
+            [&daemon] { return daemon.config_sha256(); }, unit.device_features(),
             [&unit](const transports::KeptFrame& frame) -> std::shared_ptr<const FrameOverlay> {
                 const auto scene = unit.scene_of(frame.info);
                 return scene ? unit.overlays().of(frame, *scene) : nullptr;

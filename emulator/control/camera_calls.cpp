@@ -4,13 +4,13 @@
 #include "core/realtime/log.hpp"
 #include "emulator/control/camera_features.hpp"
 #include "emulator/simulator/simulator_protocol.hpp"
+#include "emulator/simulator/simulator_server.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -37,29 +37,25 @@ Failure not_now(const std::string& message, const std::string& hint = {}) {
     return failure;
 }
 
-/// A time as the simulator port takes it.
-std::string time_text(double time_s) {
-    return seconds_text(Time{std::llround(time_s * 1e9)});
+Time time_of(double time_s) {
+    return Time{std::llround(time_s * 1e9)};
 }
 
 config::Key scene_time(double* target) {
     return config::key("time_s", target).unit("s").range(0, 999'999'999).required();
 }
 
-/// Members of an answer "frame NUMBER TIME OUTCOME LATE_ROWS level=full error=0.0 ...".
-json frame_members(const std::string& answer) {
-    std::istringstream words(answer);
-    std::string word, time, outcome;
-    std::uint64_t frame = 0, late_rows = 0;
-    words >> word >> frame >> time >> outcome >> late_rows;
-    json members{{"frame", frame}, {"outcome", outcome}, {"late_rows", late_rows}};
-    while (words >> word) {
-        const std::size_t sign = word.find('=');
-        const std::string name = word.substr(0, sign), value = word.substr(sign + 1);
-        const json number = json::parse(value, nullptr, false);
-        members[name] = number.is_number() ? number : json(value);
-    }
-    return members;
+/// The error is rounded as in the answers of the simulator port.
+json step_members(const SimulatorServer::StepResult& step) {
+    const QualityCounters& q = step.quality;
+    return {{"frame", step.frame.frame_id},
+            {"outcome", name_of(step.frame.outcome)},
+            {"late_rows", step.frame.late_rows},
+            {"level", name_of(q.last_level)},
+            {"error", std::round(static_cast<double>(q.last_error) * 1e5) / 1e5},
+            {"rows_degraded", q.last_rows_degraded},
+            {"reasons", q.last_reasons},
+            {"margin_us", q.last_margin_us}};
 }
 
 /// What the chip makes of the settings in force.
@@ -178,15 +174,13 @@ struct CameraCalls::PoseFields : Choice {
             all.keys.push_back(std::move(key));
         return all;
     }
-    [[nodiscard]] std::string line() const {
-        std::string line = fmt::format("pose {} {} {} {} {}", name, time_text(time_s), position_m.x,
-                                       position_m.y, position_m.z);
-        const auto add = [&line](const auto& numbers) {
-            for (const double value : numbers)
-                line += fmt::format(" {}", value);
-        };
-        add(orientation);
-        if (moves) add(velocity_m_s), add(rate_rad_s);
+    /// Valid while this lives.
+    [[nodiscard]] PoseLine line() const {
+        const auto vector = [](const auto& v) { return Vec3{v[0], v[1], v[2]}; };
+        PoseLine line{name,
+                      time_of(time_s),
+                      {position_m, {orientation[0], orientation[1], orientation[2], orientation[3]}}};
+        if (moves) line.rates = {vector(velocity_m_s), vector(rate_rad_s)};
         return line;
     }
 };
@@ -231,9 +225,9 @@ std::string CameraCalls::change(ControlledCamera& camera, const std::function<vo
     return forced;
 }
 
-SimulatorLink& CameraCalls::link(const Choice& choice) {
-    const ControlledCamera& chosen = camera(choice);
-    return links_.try_emplace(choice.number, chosen.connect_to_simulator).first->second;
+SimulatorServer& CameraCalls::simulator(const Choice& choice) const {
+    if (SimulatorServer* const server = camera(choice).simulator) return *server;
+    throw Failure(FailureCode::not_now, "the daemon has no simulator port: simulator.enabled is false");
 }
 
 Answer CameraCalls::features(const Choice& choice) const {
@@ -347,18 +341,30 @@ Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
     return answer;
 }
 
-void CameraCalls::pose(const PoseFields& pose, Work& work) {
-    // A blank or a line's end in it would make other words of what follows.
-    constexpr std::size_t longest_name = 200;
-    if (pose.name.empty() || pose.name.size() > longest_name ||
+void CameraCalls::pose(const PoseFields& pose) const {
+    // What no line of the simulator port can name is not named by a call either.
+    constexpr std::size_t max_name_bytes = 200;
+    if (pose.name.empty() || pose.name.size() > max_name_bytes ||
         !std::all_of(pose.name.begin(), pose.name.end(),
                      [](char c) { return static_cast<unsigned char>(c) > ' ' && c != '\x7f'; }))
         throw bad_argument("name", "pose: name: a word without blanks is wanted");
-    link(pose).pose(pose.line(), work);
+    SimulatorServer& server = simulator(pose);
+    PoseLine line = pose.line();
+    std::string why = check_pose(line);
+    if (why.empty()) why = server.pose(line);
+    if (!why.empty()) throw Failure(FailureCode::bad_argument, why);
 }
 
 Answer CameraCalls::step(const Step& step, Work& work) {
-    return {frame_members(link(step).step("step " + time_text(step.time_s), work))};
+    SimulatorServer& server = simulator(step);
+    Time& last = last_steps_.try_emplace(step.number, Time{-1}).first->second;
+    const SimulatorServer::StepResult result = server.step(time_of(step.time_s), last, work.cancelled());
+    if (result.refusal.empty()) return {step_members(result)};
+    if (work.cancelled()) {
+        last = Time{-1}; // the step has not been made
+        throw service::cancelled();
+    }
+    throw not_now(result.refusal);
 }
 
 service::Calls CameraCalls::calls() {
@@ -402,8 +408,8 @@ service::Calls CameraCalls::calls() {
         call<PoseFields>("pose", Permission::scene,
                          "Moves the camera, a body or a lamp, as `pose` of the simulator port does; needs "
                          "simulator.enabled.",
-                         [this](const PoseFields& arguments, Work& work) {
-                             pose(arguments, work);
+                         [this](const PoseFields& arguments, Work& /*work*/) {
+                             pose(arguments);
                              return Answer{};
                          }),
         call<Step>("step", Permission::operate,

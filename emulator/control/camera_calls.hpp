@@ -2,8 +2,8 @@
 // Calls that read and change a running camera: settings, acquisition, triggers, poses, steps.
 #pragma once
 
+#include "core/time.hpp"
 #include "emulator/control/controlled_camera.hpp"
-#include "emulator/control/simulator_link.hpp"
 #include "service/call.hpp"
 
 #include <map>
@@ -49,16 +49,16 @@ private:
     /// Runs `work` on the camera. While a client of another protocol controls it, throws Failure, or with
     /// `force` runs it and returns that client's address.
     std::string change(ControlledCamera& camera, const std::function<void()>& work, bool force = false) const;
-    [[nodiscard]] SimulatorLink& link(const Choice& choice);
+    [[nodiscard]] SimulatorServer& simulator(const Choice& choice) const;
     [[nodiscard]] service::Answer features(const Choice& choice) const;
     [[nodiscard]] service::Answer get(const Get& get) const;
     [[nodiscard]] service::Answer set(const Set& set, const service::Work& work) const;
     [[nodiscard]] service::Answer trigger(const Trigger& trigger, service::Work& work) const;
-    void pose(const PoseFields& pose, service::Work& work);
+    void pose(const PoseFields& pose) const;
     [[nodiscard]] service::Answer step(const Step& step, service::Work& work);
 
     const Cameras& cameras_;
-    std::map<std::uint32_t, SimulatorLink> links_; ///< by the number of the camera
+    std::map<std::uint32_t, Time> last_steps_; ///< scene times, by the number of the camera
 };
 
 } // namespace obscura::emulator

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/clock.hpp"
-#include "core/io/file_descriptor.hpp"
 #include "emulator/camera/camera.hpp"
 #include "transports/transport.hpp"
 
@@ -22,6 +21,7 @@ namespace obscura::emulator {
 
 struct FrameOverlay;
 class RecentTiming;
+class SimulatorServer;
 
 /// All members outlive the calls.
 struct ControlledCamera {
@@ -29,8 +29,7 @@ struct ControlledCamera {
     const Clock& clock;
     /// Runs work while no other thread changes the camera's settings, see Transport::run_between_commands().
     std::function<void(const transports::Transport::ControlWork&)> run;
-    /// Connects to the simulator port; empty: there is none.
-    std::function<FileDescriptor()> connect_to_simulator;
+    SimulatorServer* simulator = nullptr;        ///< null: no poses and steps are taken
     transports::WatchTransport* watch = nullptr; ///< null: no frames are to be had
     transports::FaultRules* faults = nullptr;    ///< null: no transport injects faults
     const RecentTiming* timing = nullptr;        ///< null: no time stamps are to be had

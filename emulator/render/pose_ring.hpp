@@ -23,8 +23,8 @@ struct PoseRates {
 /// Latest poses of the camera, a body or a lamp. Between two poses the position is interpolated linearly and
 /// the attitude by slerp, as in a trajectory; where both state rates by cubics that have them. After the
 /// newest the pose goes on for max_extrapolation_s, with the rates stated with the newest or else those
-/// between the last two, and is then held; before the oldest that one is held. One thread pushes, any thread
-/// reads; readers retry for a few stores at most (sequence lock).
+/// between the last two, and is then held; before the oldest that one is held. One thread at a time pushes,
+/// any thread reads; readers retry for a few stores at most (sequence lock).
 class PoseRing final : public scene::LivePose {
 public:
     explicit PoseRing(double max_extrapolation_s) : max_extrapolation_s_(max_extrapolation_s) {}

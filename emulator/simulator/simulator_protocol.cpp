@@ -6,13 +6,14 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace obscura::emulator {
 namespace {
 
-constexpr double farthest_m = 1e15; // a tenth of a light year
-constexpr double fastest_m_s = 1e9; // above the speed of light, for poses in a moving frame
-constexpr double fastest_rad_s = 1e4;
+constexpr double max_position_m = 1e15;  // a tenth of a light year
+constexpr double max_velocity_m_s = 1e9; // above the speed of light, for poses in a moving frame
+constexpr double max_rate_rad_s = 1e4;
 
 /// Removes the next word from the text; empty at the end. One or more blanks separate words.
 std::string_view next_word(std::string_view& rest) {
@@ -30,6 +31,22 @@ bool parse_number(std::string_view text, double& value) {
     return error == std::errc() && rest == end && std::isfinite(value);
 }
 
+std::string check_place(Pose& pose) {
+    for (const double value : {pose.position_m.x, pose.position_m.y, pose.position_m.z})
+        if (!(std::abs(value) <= max_position_m)) return "pose: position: allowed are -1e15 to 1e15 m";
+    if (!(std::abs(norm(pose.orientation) - 1) <= 1e-3))
+        return "pose: quaternion: a length of 1 within 1e-3 is wanted";
+    pose.orientation = normalized(pose.orientation);
+    return {};
+}
+
+std::string check_rates(const PoseRates& rates) {
+    if (!(length(rates.velocity_m_s) <= max_velocity_m_s)) return "pose: velocity: allowed is up to 1e9 m/s";
+    if (!(length(rates.rate_rad_s) <= max_rate_rad_s))
+        return "pose: rotation rate: allowed is up to 1e4 rad/s";
+    return {};
+}
+
 SimulatorLine parse_pose(std::string_view rest) {
     PoseLine line;
     line.name = next_word(rest);
@@ -40,13 +57,9 @@ SimulatorLine parse_pose(std::string_view rest) {
     for (double& value : values)
         if (!parse_number(next_word(rest), value))
             return BadLine{"pose: X Y Z QW QX QY QZ: seven numbers are wanted"};
-    for (std::size_t i = 0; i < 3; ++i)
-        if (std::abs(values[i]) > farthest_m) return BadLine{"pose: position: allowed are -1e15 to 1e15 m"};
     line.pose.position_m = {values[0], values[1], values[2]};
-    const Quat q{values[3], values[4], values[5], values[6]};
-    if (!(std::abs(norm(q) - 1) <= 1e-3))
-        return BadLine{"pose: quaternion: a length of 1 within 1e-3 is wanted"};
-    line.pose.orientation = normalized(q);
+    line.pose.orientation = {values[3], values[4], values[5], values[6]};
+    if (std::string why = check_place(line.pose); !why.empty()) return BadLine{std::move(why)};
     std::string_view word = next_word(rest);
     if (word.empty()) return line;
     std::array<double, 6> rates{};
@@ -56,16 +69,17 @@ SimulatorLine parse_pose(std::string_view rest) {
         word = next_word(rest);
     }
     if (!word.empty()) return BadLine{"pose: more words than NAME TIME X Y Z QW QX QY QZ VX VY VZ WX WY WZ"};
-    const PoseRates stated{{rates[0], rates[1], rates[2]}, {rates[3], rates[4], rates[5]}};
-    if (!(length(stated.velocity_m_s) <= fastest_m_s))
-        return BadLine{"pose: velocity: allowed is up to 1e9 m/s"};
-    if (!(length(stated.rate_rad_s) <= fastest_rad_s))
-        return BadLine{"pose: rotation rate: allowed is up to 1e4 rad/s"};
-    line.rates = stated;
+    line.rates = {{rates[0], rates[1], rates[2]}, {rates[3], rates[4], rates[5]}};
+    if (std::string why = check_rates(*line.rates); !why.empty()) return BadLine{std::move(why)};
     return line;
 }
 
 } // namespace
+
+std::string check_pose(PoseLine& pose) {
+    std::string why = check_place(pose.pose);
+    return why.empty() && pose.rates ? check_rates(*pose.rates) : why;
+}
 
 bool parse_seconds(std::string_view text, Time& time) noexcept {
     const std::size_t point = std::min(text.find('.'), text.size());

@@ -43,6 +43,10 @@ constexpr std::size_t simulator_line_bytes = 512;
 /// Parses one line, without its end. The input is untrusted.
 [[nodiscard]] SimulatorLine parse_simulator_line(std::string_view line);
 
+/// Checks the values of a pose and gives its quaternion a length of 1. Returns empty, or the reason why they
+/// are refused.
+[[nodiscard]] std::string check_pose(PoseLine& pose);
+
 /// Parses seconds with up to nine decimals exactly; returns false unless `text` is such a number below 1e9.
 [[nodiscard]] bool parse_seconds(std::string_view text, Time& time) noexcept;
 /// Formats `time` as seconds with nine decimals.

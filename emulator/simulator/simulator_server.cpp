@@ -105,7 +105,6 @@ void SimulatorServer::start() {
     wake_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (!wake_) fail();
     stopping_ = false;
-    handed_over_.open();
     line_step_.stopping = false;
     step_thread_ = std::thread([this] { run_steps(); });
     thread_ = std::thread([this] { work(); });
@@ -123,7 +122,6 @@ void SimulatorServer::stop() {
     }
     line_step_.changed.notify_all();
     step_thread_.join();
-    handed_over_.close();
     heartbeat_.rest();
     clients_.clear();
     for (FileDescriptor* fd : {&tcp_, &udp_, &wake_})
@@ -135,12 +133,19 @@ void SimulatorServer::wake() const {
     [[maybe_unused]] const ssize_t written = ::write(wake_.get(), &one, sizeof one);
 }
 
-FileDescriptor SimulatorServer::connect() {
-    int ends[2] = {-1, -1};
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) != 0) return {};
-    FileDescriptor own(ends[0]), other(ends[1]);
-    const bool taken = handed_over_.run([&] { add_client(std::move(own), true); }, [this] { wake(); });
-    return taken ? std::move(other) : FileDescriptor();
+std::string SimulatorServer::pose(const PoseLine& pose) {
+    std::string why = take_pose(pose);
+    if (!why.empty()) refused_.fetch_add(1);
+    return why;
+}
+
+SimulatorServer::StepResult SimulatorServer::step(Time scene, Time& last,
+                                                  const std::atomic<bool>& cancelled) {
+    StepResult result;
+    result.refusal = claim_step(scene, last);
+    if (result.refusal.empty()) result = make_step(scene, cancelled);
+    if (!result.refusal.empty()) refused_.fetch_add(1);
+    return result;
 }
 
 void SimulatorServer::step_with(sync::SoftwareTrigger* source) {
@@ -168,13 +173,12 @@ void SimulatorServer::work() {
         }
         const timespec limit{0, Heartbeat::longest_wait_ns};
         if (::ppoll(watched.data(), watched.size(), &limit, nullptr) < 0 && errno != EINTR) break;
-        std::uint64_t rings = 0;
-        if (watched[0].revents != 0 && ::read(wake_.get(), &rings, sizeof rings) < 0) rings = 0;
+        std::uint64_t wakes = 0;
+        if (watched[0].revents != 0 && ::read(wake_.get(), &wakes, sizeof wakes) < 0) wakes = 0;
         if (watched[2].revents != 0) receive_datagrams();
         for (std::size_t i = 0; i < clients_.size(); ++i)
             if (watched[3 + i].revents != 0) receive(*clients_[i]);
         if (watched[1].revents != 0) accept_client();
-        if (rings != 0) handed_over_.serve();
         answer_step();
         for (const auto& client : clients_) {
             admit(*client);
@@ -193,9 +197,7 @@ void SimulatorServer::accept_client() {
     FileDescriptor fd(
         ::accept4(tcp_.get(), reinterpret_cast<sockaddr*>(&from), &from_bytes, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd) return;
-    const auto remote = std::count_if(clients_.begin(), clients_.end(),
-                                      [](const auto& client) { return !client->of_this_process; });
-    if (static_cast<std::size_t>(remote) >= max_clients) {
+    if (clients_.size() >= max_clients) {
         refused_.fetch_add(1);
         return;
     }
@@ -208,17 +210,16 @@ void SimulatorServer::accept_client() {
     set(IPPROTO_TCP, TCP_KEEPIDLE, 10); // s
     set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
     set(IPPROTO_TCP, TCP_KEEPCNT, 4);
-    add_client(std::move(fd), false);
+    add_client(std::move(fd));
     clients_.back()->peer = fmt::format("{:08x}", ntohl(from.sin_addr.s_addr));
 }
 
-void SimulatorServer::add_client(FileDescriptor fd, bool of_this_process) {
+void SimulatorServer::add_client(FileDescriptor fd) {
     connections_.fetch_add(1);
     clients_.push_back(std::make_unique<Client>());
     clients_.back()->fd = std::move(fd);
-    clients_.back()->of_this_process = of_this_process;
     std::string greeting = "obscura simulator 1";
-    if (!tokens_.empty() && !of_this_process) {
+    if (!tokens_.empty()) {
         clients_.back()->challenge = service::make_challenge();
         clients_.back()->admit_by = service::Tokens::Clock::now() + admission_time;
         greeting += " challenge=" + clients_.back()->challenge;
@@ -324,6 +325,7 @@ void SimulatorServer::admit(Client& client) {
 std::string SimulatorServer::take_pose(const PoseLine& line) {
     const auto ring = rings_.find(line.name);
     if (ring == rings_.end()) return unknown_name_;
+    const std::lock_guard lock(pushing_);
     if (!ring->second->push(to_seconds(line.time.ns), line.pose, line.rates))
         return "pose: TIME: not later than the pose before";
     poses_.fetch_add(1);
@@ -408,6 +410,7 @@ SimulatorServer::StepResult SimulatorServer::make_step(Time scene, const std::at
     while (result.refusal.empty() && !record) {
         const Time now = clock_.now();
         record = outcomes.wait(request, std::min(give_up, now + step_check_interval_ns));
+        if (!record && stopping_) result.refusal = "the daemon is stopping";
         if (!record && (now > give_up || cancelled)) result.refusal = "step: the frame does not come";
     }
     if (record) {
@@ -428,6 +431,7 @@ std::string SimulatorServer::fire_step(Time scene, std::uint64_t request,
         const Time now = clock_.now();
         if (camera_.ready_for_line0(now)) break;
         if (!camera_.acquiring()) return "step: the camera does not acquire";
+        if (stopping_) return "the daemon is stopping";
         if (now > ready_by || cancelled) return "step: the camera is not ready or listens to another source";
         const CameraMoments moments = camera_.moments();
         Time until = now + step_check_interval_ns;

@@ -5,7 +5,6 @@
 #include "core/camera/camera_counters.hpp"
 #include "core/io/file_descriptor.hpp"
 #include "core/realtime/heartbeat.hpp"
-#include "core/realtime/work_queue.hpp"
 #include "core/time.hpp"
 #include "emulator/camera/camera.hpp"
 #include "emulator/render/pose_ring.hpp"
@@ -42,6 +41,13 @@ using PoseRings = std::map<std::string, std::shared_ptr<PoseRing>, std::less<>>;
 /// released, or when the frame has failed.
 class SimulatorServer {
 public:
+    /// What became of a step.
+    struct StepResult {
+        OutcomeRecord frame;
+        QualityCounters quality;
+        std::string refusal; ///< empty: the frame has come to its end
+    };
+
     /// `camera` and `clock` must outlive the server. `listen` is "ADDRESS:PORT"; port 0: any.
     /// `token` of clients that come over the network; none: they need none.
     /// `render`: how the camera's frames are rendered. Where that goes before ordinary programs, so does the
@@ -55,9 +61,12 @@ public:
     /// Throws HardwareError or ConfigError.
     void start();
     void stop();
-    /// A connection of this process, beside those of the network. Empty: the server is not started.
-    /// Thread-safe; not after stop() has begun.
-    [[nodiscard]] FileDescriptor connect();
+    /// Adds a pose, whose values are valid, to its ring. Returns empty, or the reason why it was refused.
+    /// Thread-safe.
+    [[nodiscard]] std::string pose(const PoseLine& pose);
+    /// Makes a step at `scene`, later than `last`, which it becomes: the caller's step before. Returns when
+    /// its frame has come to its end, or soon after `cancelled` has become true. Thread-safe.
+    [[nodiscard]] StepResult step(Time scene, Time& last, const std::atomic<bool>& cancelled);
     /// Sets the trigger source of steps; null: steps are refused. `source` must outlive the next call.
     void step_with(sync::SoftwareTrigger* source);
 
@@ -70,18 +79,11 @@ private:
         FileDescriptor fd;
         std::string input;
         bool gone = false;
-        bool of_this_process = false;
         std::string challenge; ///< empty: nothing is to be proved, or has been
         std::string proof;     ///< waits until it is looked at
         std::string peer;      ///< address of its machine
         service::Tokens::Clock::time_point proof_due, admit_by;
         Time last_step{-1}; ///< scene time of the last step of this connection
-    };
-    /// What became of a step.
-    struct StepResult {
-        OutcomeRecord frame;
-        QualityCounters quality;
-        std::string refusal; ///< empty: the frame has come to its end
     };
     /// Steps of the lines, one at a time, which the step thread makes for the server's.
     struct LineStep {
@@ -96,7 +98,7 @@ private:
     void work();
     void wake() const;
     void accept_client();
-    void add_client(FileDescriptor fd, bool of_this_process);
+    void add_client(FileDescriptor fd);
     void receive(Client& client);
     void receive_datagrams();
     void handle_lines(Client& client);
@@ -105,7 +107,7 @@ private:
     void take_proof(Client& client, const SimulatorLine& line);
     /// Looks at a proof whose time has come, and disconnects a client that takes too long for one.
     void admit(Client& client);
-    /// Adds the pose to its ring. Returns empty, or the reason why it was refused.
+    /// As pose(), but does not count a refusal.
     std::string take_pose(const PoseLine& line);
     void begin_step(Client& client, Time scene);
     /// Answers the step that has been made, if any.
@@ -134,7 +136,7 @@ private:
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
     std::atomic<bool> stopping_{false}, firing_{false}, step_claimed_{false};
     FileDescriptor tcp_, udp_, wake_;
-    WorkQueue handed_over_; ///< connections of this process
+    std::mutex pushing_; ///< into rings
     std::uint16_t port_ = 0;
     std::vector<std::unique_ptr<Client>> clients_;
     Client* step_client_ = nullptr; ///< waits for the answer to its step

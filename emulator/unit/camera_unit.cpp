@@ -238,10 +238,6 @@ void CameraUnit::run_between_commands(const transports::Transport::ControlWork& 
     work({});
 }
 
-FileDescriptor CameraUnit::connect_to_simulator() {
-    return simulator_ ? simulator_->connect() : FileDescriptor();
-}
-
 transports::FaultRules* CameraUnit::fault_rules() const noexcept {
     for (const auto& transport : transports_)
         if (transports::FaultRules* rules = transport->fault_rules()) return rules;

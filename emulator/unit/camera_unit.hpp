@@ -2,7 +2,6 @@
 // One camera of the daemon with its frame pipeline, row release, transports, simulator and output lines.
 #pragma once
 
-#include "core/io/file_descriptor.hpp"
 #include "core/realtime/log.hpp"
 #include "emulator/camera/camera.hpp"
 #include "emulator/camera/frame_overlays.hpp"
@@ -80,8 +79,8 @@ public:
     /// client that controls it (empty: none), and returns once it has run. Rethrows what it throws. Between
     /// start() and stop(); thread-safe.
     void run_between_commands(const transports::Transport::ControlWork& work);
-    /// A connection to the simulator port; empty: there is none. Between start() and stop(); thread-safe.
-    [[nodiscard]] FileDescriptor connect_to_simulator();
+    /// Where simulators send poses and steps; null: nobody can.
+    [[nodiscard]] SimulatorServer* simulator() noexcept { return simulator_.get(); }
 
     /// Frames for viewers; null: neither calls nor monitor.frames.
     [[nodiscard]] transports::WatchTransport* watch() const noexcept { return watch_; }

@@ -44,8 +44,7 @@ struct CallsBench : CameraBench {
               },
               policy) {
         cameras.push_back(std::unique_ptr<ControlledCamera>(new ControlledCamera{
-            camera, clock, [this](const transports::Transport::ControlWork& run) { run(controller); },
-            [] { return FileDescriptor(); }}));
+            camera, clock, [this](const transports::Transport::ControlWork& run) { run(controller); }}));
         client = std::make_unique<CameraCalls>(cameras);
         calls = client->calls();
     }

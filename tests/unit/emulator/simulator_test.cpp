@@ -3,9 +3,13 @@
 #include "core/philox.hpp"
 #include "emulator/render/pose_ring.hpp"
 #include "emulator/simulator/simulator_protocol.hpp"
+#include "emulator/simulator/simulator_server.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/unit/emulator/bench.hpp"
 
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <thread>
 
@@ -13,6 +17,7 @@ namespace simulator_test {
 
 using namespace obscura;
 using namespace obscura::emulator;
+using namespace obscura::test;
 using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::WithinAbs;
 
@@ -221,6 +226,61 @@ TEST_CASE("the ring keeps the last 64 poses, and readers never see a mixture") {
     enough = true;
     writer.join();
     CHECK(mixed == 0);
+}
+
+TEST_CASE("values of a pose are checked wherever they come from") {
+    PoseLine pose{"lander", Time{}, {{1, 2, 3}, {1.0005, 0, 0, 0}}};
+    CHECK(check_pose(pose).empty());
+    CHECK(pose.pose.orientation == Quat{1, 0, 0, 0});
+    pose.rates = PoseRates{{2e9, 0, 0}, {}};
+    CHECK_THAT(check_pose(pose), ContainsSubstring("velocity"));
+    pose.pose.position_m.y = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THAT(check_pose(pose), ContainsSubstring("position"));
+}
+
+TEST_CASE("steps and poses of callers that are no clients of the port") {
+    CameraBench bench;
+    sync::SoftwareTrigger source(bench.clock, "lockstep");
+    source.start(bench.camera);
+    scene::Scene scene;
+    SimulatorServer server("127.0.0.1:0", attach_pose_rings(scene, 0), bench.camera, bench.clock);
+    std::atomic<bool> cancelled{false};
+    Time last{-1};
+    const auto step = [&](std::int64_t ns) { return server.step(Time{ns}, last, cancelled); };
+    CHECK_THAT(step(1000).refusal, ContainsSubstring("trigger.source"));
+    server.step_with(&source);
+    CHECK_THAT(step(1000).refusal, ContainsSubstring("does not acquire"));
+    REQUIRE(bench.camera.acquisition_start());
+    for (std::uint64_t id = 1; id <= 3; ++id) {
+        const SimulatorServer::StepResult made = step(static_cast<std::int64_t>(1000 * id));
+        CHECK(made.refusal.empty());
+        CHECK(made.frame.frame_id == id);
+        CHECK((made.frame.outcome == FrameOutcome::complete || made.frame.outcome == FrameOutcome::late));
+    }
+    CHECK_THAT(step(3000).refusal, ContainsSubstring("not later"));
+    CHECK(last == Time{3000});
+
+    render_gate().close();
+    std::string given_up;
+    std::thread other([&] { given_up = step(4000).refusal; });
+    render_gate().wait_for_render();
+    Time own{-1};
+    CHECK_THAT(server.step(Time{1}, own, cancelled).refusal, ContainsSubstring("another client's"));
+    CHECK(own == Time{-1});
+    cancelled = true;
+    other.join();
+    CHECK_FALSE(given_up.empty());
+    render_gate().open();
+    bench.wait_ended(4);
+
+    CHECK(server.pose({"camera", Time{1}, {}}).empty());
+    CHECK_THAT(server.pose({"camera", Time{1}, {}}), ContainsSubstring("not later"));
+    CHECK_THAT(server.pose({"nobody", Time{1}, {}}), ContainsSubstring("allowed are camera"));
+    CHECK(server.counters().steps == 3);
+    CHECK(server.counters().poses == 1);
+    CHECK(server.counters().refused == 7);
+    server.step_with(nullptr);
+    source.stop();
 }
 
 } // namespace simulator_test
