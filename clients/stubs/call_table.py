@@ -42,7 +42,7 @@ _KINDS = {"true or false": "boolean", "boolean": "boolean", "integer": "integer"
           "string or integer": "string or integer", "string or map": "string or map"}
 
 
-def _kind(text: str) -> str:
+def kind_of(text: str) -> str:
     if re.match(r"array (u?int|float)\d+ \[", text):
         return "body"
     if re.match(r"array of (\d+ )?numbers", text):
@@ -65,7 +65,7 @@ def _help(row: Dict[str, Any]) -> str:
 
 
 def _fields(rows: List[Dict[str, Any]]) -> List[Field]:
-    return [Field(row["name"], _kind(row["type"]), _help(row), row.get("required", False)) for row in rows]
+    return [Field(row["name"], kind_of(row["type"]), _help(row), row.get("required", False)) for row in rows]
 
 
 def calls_of(described: List[Dict[str, Any]]) -> List[Call]:

@@ -116,7 +116,9 @@ bool is_allowed(const ordered_json& value, const web::Parameter& field) {
     case Type::string:
         return value.is_string();
     case Type::array:
-        return value.is_array();
+        return value.is_array() && (field.size == 0 || value.size() == field.size);
+    case Type::object:
+        return value.is_object();
     case Type::any:
         return true;
     }

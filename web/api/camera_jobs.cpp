@@ -22,7 +22,8 @@ using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
 constexpr auto trigger_patience = 10s, scene_patience = 60s, frame_patience = 5s;
-constexpr auto probe_patience = 60s; ///< the first one loads the scene
+constexpr auto probe_timeout = 60s;  ///< the first one loads the scene
+constexpr auto change_timeout = 60s; ///< a scene may be built, a frame rendered
 constexpr auto irradiance_patience = 600s, configuration_patience = 60s;
 constexpr double frame_wait_s = 5; ///< without ?wait
 
@@ -140,6 +141,8 @@ Job CameraJobs::job(CameraRequest request) {
 
 std::optional<Response> CameraJobs::step(State& state) {
     switch (state.request.route->answers) {
+    case Answers::call:
+        return call(state);
     case Answers::features:
         return features(state);
     case Answers::set_features:
@@ -152,34 +155,18 @@ std::optional<Response> CameraJobs::step(State& state) {
         return trigger(state);
     case Answers::acquisition:
         return acquisition(state);
-    case Answers::timing:
-        return read(state, "timing", state.request.query);
-    case Answers::timing_rows:
-        return read(state, "timing.rows", state.request.query);
     case Answers::faults:
         return faults(state);
     case Answers::set_faults:
         return set_faults(state);
-    case Answers::truth:
-        return read(state, "truth", state.request.query);
     case Answers::probe:
         return probe(state);
     case Answers::scenes:
         return scenes(state);
     case Answers::show_scene:
         return show_scene(state);
-    case Answers::scene:
-        return read(state, "scene.describe", Json::object());
-    case Answers::device:
-        return read(state, "device.features", Json::object());
     case Answers::set_device:
         return set_device(state);
-    case Answers::pose:
-        return long_call(state, "pose");
-    case Answers::step:
-        return long_call(state, "step");
-    case Answers::reload:
-        return long_call(state, "reload");
     case Answers::set_log_level:
         return set_log_level(state);
     case Answers::release:
@@ -211,10 +198,29 @@ Json CameraJobs::ask(const State& state, const char* call, Json fields) {
     return calls_.call(state.request.place, call, fields).head;
 }
 
-Response CameraJobs::read(const State& state, const char* call, Json fields) {
-    Json answer = ask(state, call, std::move(fields));
-    make_exact(answer);
-    return json_answer(answer);
+std::optional<DaemonCalls::Answer> CameraJobs::answer(State& state, std::chrono::milliseconds timeout) {
+    const CameraRequest& request = state.request;
+    if (!state.running) {
+        const CallRow& row = *request.route->call;
+        Json fields = request.route->changes() ? request.body : request.query;
+        for (const Parameter& field : row.fields) // the daemon waits, too
+            if (field.name == "wait_s")
+                timeout += std::chrono::milliseconds(static_cast<std::int64_t>(
+                    1e3 * fields.value("wait_s", Json::parse(field.initial).get<double>())));
+        fields.erase("camera"); // of the query: whose daemon is meant
+        if (row.has_camera) fields["camera"] = request.place.number;
+        state.running = calls_.begin(request.place, std::string(row.name), fields, timeout);
+    }
+    return calls_.look(*state.running);
+}
+
+std::optional<Response> CameraJobs::call(State& state) {
+    const bool changes = state.request.route->changes();
+    auto answered = answer(state, changes ? change_timeout : DaemonCalls::answer_timeout);
+    if (!answered) return std::nullopt;
+    if (changes) note(state, nullptr, state.request.body);
+    make_exact(answered->head);
+    return json_answer(answered->head);
 }
 
 void CameraJobs::note(const State& state, Json before, Json after, bool forced) {
@@ -395,15 +401,10 @@ std::optional<Response> CameraJobs::show_scene(State& state) {
 }
 
 std::optional<Response> CameraJobs::probe(State& state) {
-    if (!state.running) {
-        Json fields = state.request.query;
-        fields["camera"] = state.request.place.number;
-        state.running = calls_.begin(state.request.place, "probe", fields, probe_patience);
-    }
-    auto answer = calls_.look(*state.running);
-    if (!answer) return std::nullopt;
-    make_strings(answer->head, {"frame", "row_mid_exposure_tai_ns"});
-    return json_answer(answer->head);
+    auto answered = answer(state, probe_timeout);
+    if (!answered) return std::nullopt;
+    make_strings(answered->head, {"frame", "row_mid_exposure_tai_ns"});
+    return json_answer(answered->head);
 }
 
 std::optional<Response> CameraJobs::frame(State& state) {

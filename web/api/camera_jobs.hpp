@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -50,7 +51,10 @@ private:
         Json before{};
     };
     [[nodiscard]] std::optional<Response> step(State& state);
-    [[nodiscard]] Response read(const State& state, const char* call, Json fields);
+    /// The answer to the call of the route with the fields of the request; none: it is not there yet.
+    [[nodiscard]] std::optional<DaemonCalls::Answer> answer(State& state, std::chrono::milliseconds timeout);
+    /// That answer as it is.
+    [[nodiscard]] std::optional<Response> call(State& state);
     [[nodiscard]] Response features(const State& state);
     [[nodiscard]] Response set_features(const State& state);
     [[nodiscard]] Response feature(const State& state);
@@ -73,8 +77,6 @@ private:
     [[nodiscard]] std::optional<Response> probe(State& state);
     [[nodiscard]] std::optional<Response> frame(State& state);
     [[nodiscard]] std::optional<Response> irradiance(State& state);
-    /// A call with the fields of the body that may take long.
-    [[nodiscard]] std::optional<Response> long_call(State& state, const char* call);
     [[nodiscard]] Response frame_of_path(const State& state);
     [[nodiscard]] Response file_of(const State& state, const KeptFrame& frame);
 

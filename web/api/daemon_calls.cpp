@@ -16,7 +16,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t most_kept = 4;
-constexpr std::chrono::milliseconds answer_ms = 5s; ///< for calls that answer at once
 constexpr std::chrono::milliseconds slice_ms = 5ms, silence_ms = 2s;
 constexpr std::uint64_t most_array_bytes = 1ULL << 26; ///< a frame of 33 million pixels
 
@@ -162,9 +161,9 @@ std::optional<DaemonCalls::Answer> DaemonCalls::wait(Running& running, std::chro
 }
 
 DaemonCalls::Answer DaemonCalls::call(const CameraPlace& place, const std::string& name, const Json& fields) {
-    Running running = begin(place, name, fields, answer_ms);
+    Running running = begin(place, name, fields, answer_timeout);
     while (true)
-        if (std::optional<Answer> answer = wait(running, answer_ms)) return *std::move(answer);
+        if (std::optional<Answer> answer = wait(running, answer_timeout)) return *std::move(answer);
 }
 
 } // namespace obscura::web

@@ -41,6 +41,8 @@ public:
     using Answer = host::CallClient::Answer;
     using Clock = std::chrono::steady_clock;
 
+    static constexpr std::chrono::milliseconds answer_timeout{5000}; ///< of calls that answer at once
+
     /// A call that waits for its answer. Destroying it cancels the call.
     struct Running {
         CameraPlace place;

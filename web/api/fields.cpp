@@ -45,6 +45,10 @@ std::string allowed(const Parameter& field) {
         if (!field.choices.empty()) return fmt::format("{}", fmt::join(field.choices, ", "));
         break;
     case Type::array:
+        if (field.items == Type::any) break;
+        return field.size == 0 ? fmt::format("array of {}s{}", name_of(field.items), unit)
+                               : fmt::format("array of {} {}s{}", field.size, name_of(field.items), unit);
+    case Type::object:
     case Type::any:
         break;
     }
@@ -62,6 +66,13 @@ const Parameter& row_of(std::string_view name, std::span<const Parameter> fields
            shortened(name));
 }
 
+bool is_item(const Json& value, Type type) {
+    return type == Type::number   ? value.is_number()
+           : type == Type::string ? value.is_string()
+           : type == Type::object ? value.is_object()
+                                  : true;
+}
+
 bool has_type(const Json& value, const Parameter& field) {
     switch (field.type) {
     case Type::boolean:
@@ -76,7 +87,11 @@ bool has_type(const Json& value, const Parameter& field) {
                                      std::find(field.choices.begin(), field.choices.end(),
                                                value.get_ref<const std::string&>()) != field.choices.end());
     case Type::array:
-        return value.is_array();
+        return value.is_array() && (field.size == 0 || value.size() == field.size) &&
+               std::all_of(value.begin(), value.end(),
+                           [&field](const Json& item) { return is_item(item, field.items); });
+    case Type::object:
+        return value.is_object();
     case Type::any:
         return true;
     }

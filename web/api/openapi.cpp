@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <array>
+#include <cctype>
 #include <limits>
 #include <string>
 #include <utility>
@@ -17,15 +17,76 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json schema_of(const Parameter& field) {
-    if (field.type == Parameter::Type::any) return Json::object();
-    Json schema{{"type", name_of(field.type)}};
+    Json schema = Json::object();
+    if (field.type != Parameter::Type::any) schema["type"] = name_of(field.type);
     if (!field.choices.empty()) schema["enum"] = field.choices;
     if (field.type == Parameter::Type::integer || field.type == Parameter::Type::number) {
-        schema["minimum"] = field.min;
+        if (field.min > std::numeric_limits<double>::lowest()) schema["minimum"] = field.min;
         if (field.max < std::numeric_limits<double>::max()) schema["maximum"] = field.max;
     }
+    if (field.items != Parameter::Type::any) schema["items"] = {{"type", name_of(field.items)}};
+    if (field.size > 0) schema["minItems"] = schema["maxItems"] = field.size;
     if (!field.unit.empty()) schema["x-unit"] = field.unit;
+    if (!field.initial.empty()) schema["default"] = Json::parse(field.initial);
     return schema;
+}
+
+/// Schema of what the daemon answers to a call, as the table of calls has it.
+Json answer_of(const CallRow& call) {
+    Json properties = Json::object();
+    for (const Parameter& result : call.results) {
+        Json property = schema_of(result);
+        // make_exact() has counts of more than 2^53 as texts.
+        if (result.type == Parameter::Type::integer && result.unit == "ns")
+            property["type"] = {"integer", "string"};
+        property["description"] = result.help;
+        properties[std::string(result.name)] = std::move(property);
+    }
+    return {{"type", "object"}, {"properties", std::move(properties)}};
+}
+
+/// "TimingRows" of the call timing.rows.
+std::string component_name(std::string_view call) {
+    std::string name;
+    bool begins = true;
+    for (const char c : call) {
+        const bool parts = c == '.' || c == '_';
+        if (!parts) name += begins ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+        begins = parts;
+    }
+    return name;
+}
+
+/// Name of the schema of the answer; empty: none is told.
+std::string schema_name(const Route& route) {
+    if (!route.schema.empty() || route.call == nullptr || route.call->results.empty())
+        return std::string(route.schema);
+    return component_name(route.call->name);
+}
+
+/// Adds what a schema of openapi_schemas says beyond that of a call; null removes a member. A reference says
+/// all itself.
+void refine(Json& schema, const Json& more) {
+    if (more.contains("$ref")) schema.erase("type");
+    for (const auto& [name, value] : more.items()) {
+        if (value.is_null())
+            schema.erase(name);
+        else if (value.is_object() && schema.contains(name))
+            refine(schema[name], value);
+        else
+            schema[name] = value;
+    }
+}
+
+/// Schemas of all answers: those of calls with what is known of them beyond, and the server's own.
+Json schemas() {
+    Json all = Json::object();
+    for (const Route& route : routes())
+        if (const std::string name = schema_name(route);
+            route.call != nullptr && !route.own_answer && !name.empty() && !all.contains(name))
+            all[name] = answer_of(*route.call);
+    refine(all, Json::parse(openapi_schemas));
+    return all;
 }
 
 Json body_of(const Route& route) {
@@ -75,8 +136,8 @@ Json responses_of(const Route& route) {
     // Media types of the document have no parameters.
     const std::string type(route.type.substr(0, route.type.find(';')));
     content[type] = Json::object();
-    if (!route.schema.empty())
-        content[type] = {{"schema", {{"$ref", "#/components/schemas/" + std::string(route.schema)}}}};
+    if (const std::string schema = schema_name(route); !schema.empty())
+        content[type] = {{"schema", {{"$ref", "#/components/schemas/" + schema}}}};
     else if (type == "application/json")
         content[type] = {{"schema", {{"type", "object"}}}};
     const bool of_camera = route.path.find("{camera}") != std::string_view::npos;
@@ -120,6 +181,18 @@ Json responses_of(const Route& route) {
     return responses;
 }
 
+Json operation_of(const Route& route) {
+    Json operation{{"operationId", route.id}, {"summary", route.help}};
+    operation["x-role"] = route.role ? Json(name_of(*route.role)) : Json(nullptr);
+    if (route.call != nullptr) operation["x-call"] = route.call->name;
+    if (!route.role) operation["security"] = Json::array({Json::object()});
+    if (Json parameters = parameters_of(route); !parameters.empty())
+        operation["parameters"] = std::move(parameters);
+    if (route.changes()) operation["requestBody"] = body_of(route);
+    operation["responses"] = responses_of(route);
+    return operation;
+}
+
 } // namespace
 
 Json openapi_document(std::string_view version) {
@@ -136,20 +209,13 @@ Json openapi_document(std::string_view version) {
                   {"security", Json::array({{{"token", Json::array()}}})},
                   {"paths", Json::object()}};
     for (const Route& route : routes()) {
-        Json operation{{"operationId", route.id}, {"summary", route.help}};
-        operation["x-role"] = route.role ? Json(name_of(*route.role)) : Json(nullptr);
-        if (!route.role) operation["security"] = Json::array({Json::object()});
-        if (Json parameters = parameters_of(route); !parameters.empty())
-            operation["parameters"] = std::move(parameters);
-        if (route.changes()) operation["requestBody"] = body_of(route);
-        operation["responses"] = responses_of(route);
         std::string method(route.method);
         for (char& c : method)
             c = static_cast<char>(c - 'A' + 'a');
-        document["paths"][std::string(route.path)][method] = std::move(operation);
+        document["paths"][std::string(route.path)][method] = operation_of(route);
     }
     Json components = Json::object();
-    components["schemas"] = Json::parse(openapi_schemas);
+    components["schemas"] = schemas();
     components["parameters"] = {
         {"camera",
          {{"name", "camera"},

@@ -47,37 +47,29 @@ const std::string_view openapi_schemas = R"({
         "required": ["id", "utc", "who", "peer", "what", "camera", "before", "after", "forced"], "properties": {
         "id": {"type": "integer", "minimum": 1}, "utc": {"type": "string"}, "who": {"type": "string"}, "peer": {"type": "string"},
         "what": {"type": "string"}, "camera": {"type": "string"}, "before": {}, "after": {}, "forced": {"type": "boolean"}}}}}},
-"SelfTest": {"type": "object", "required": ["scheduling", "p99_us", "rows"], "properties": {
-    "scheduling": {"type": "string"}, "p99_us": {"description": "99 of 100 rows are released so late at most", "type": "number", "x-unit": "us"},
-    "rows": {"type": "array", "items": {"type": "object", "required": ["name", "rate_hz", "rows", "p50_us", "p99_us", "max_us"]}}}},
-"Features": {"type": "object", "required": ["features"], "properties": {
-    "features": {"type": "array", "items": {"$ref": "#/components/schemas/Feature"}}}},
+"SelfTest": {"required": ["scheduling", "p99_us", "rows"], "properties": {
+    "rows": {"items": {"required": ["name", "rate_hz", "rows", "p50_us", "p99_us", "max_us"]}}, "text": null}},
+"Features": {"required": ["features"], "properties": {"features": {"items": {"$ref": "#/components/schemas/Feature"}}}},
 "Feature": {"type": "object", "required": ["name", "value", "type", "locked", "access", "locked_by"], "properties": {
     "name": {"type": "string"}, "value": {}, "type": {"type": "string"}, "unit": {"type": "string"},
     "min": {"type": "number"}, "max": {"type": "number"}, "increment": {"type": "number"}, "allowed": {"type": "string"}, "category": {"type": "string"},
     "help": {"type": "string"}, "access": {"enum": ["rw"]}, "locked": {"description": "Not to be changed while it acquires", "type": "boolean"},
     "locked_by": {"description": "Who or what keeps it from being changed now; null: nothing", "type": ["string", "null"]}}},
-"Changed": {"type": "object", "required": ["changed"], "properties": {
-    "changed": {"description": "All settings that have changed, and their values now", "type": "object"}}},
-"Trigger": {"type": "object", "required": ["accepted"], "properties": {
-    "accepted": {"type": "boolean"}, "edge_tai_ns": {"$ref": "#/components/schemas/Count"}, "outcome": {"type": "string"},
-    "frame": {"$ref": "#/components/schemas/Count"}, "late_rows": {"type": "integer"}, "seconds": {"type": "number", "x-unit": "s"}}},
+"Changed": {"required": ["changed"]},
+"Trigger": {"required": ["accepted"], "properties": {
+    "edge_tai_ns": {"$ref": "#/components/schemas/Count"}, "frame": {"$ref": "#/components/schemas/Count"}}},
 "Acquisition": {"type": "object", "required": ["running", "changed"], "properties": {
     "running": {"type": "boolean"}, "changed": {"type": "boolean"}}},
-"Timing": {"type": "object", "required": ["columns", "rows"], "properties": {
-    "columns": {"type": "array", "items": {"type": "string"}},
-    "rows": {"type": "array", "items": {"type": "array", "items": {"type": ["number", "null", "string"]}}}}},
-"TimingRows": {"type": "object", "required": ["frame", "acquisition", "lateness_us"], "properties": {
-    "frame": {"type": "integer"}, "acquisition": {"type": "integer"},
-    "lateness_us": {"description": "Of each row; null: it did not leave", "type": "array", "items": {"type": ["integer", "null"]}, "x-unit": "us"}}},
-"Faults": {"type": "object", "required": ["kinds", "rules"], "properties": {
-    "kinds": {"type": "array", "items": {"type": "object", "required": ["name", "help"]}},
-    "rules": {"type": "array", "items": {"type": "object", "required": ["kind"]}}}},
+"Timing": {"required": ["columns", "rows"], "properties": {
+    "rows": {"items": {"type": "array", "items": {"type": ["number", "null", "string"]}}}}},
+"TimingRows": {"required": ["frame", "acquisition", "lateness_us"], "properties": {"lateness_us": {"items": {"type": ["integer", "null"]}}}},
+"Faults": {"required": ["kinds", "rules"], "properties": {
+    "kinds": {"items": {"required": ["name", "help"]}}, "rules": {"items": {"required": ["kind"]}}}},
 "ImagePoint": {"type": "object", "required": ["x", "y"], "properties": {
     "x": {"type": "number", "x-unit": "px"}, "y": {"type": "number", "x-unit": "px"}}},
-"Truth": {"type": "object", "required": ["frame", "bodies", "bodies_of", "stars", "windows", "hot_pixels"], "properties": {
-    "frame": {"type": "integer"}, "bodies_of": {"type": "integer", "minimum": 0},
-    "bodies": {"type": "array", "maxItems": 64, "items": {"type": "object", "required": ["name", "x", "y", "radius_px", "range_m", "limb", "limb_lit"], "properties": {
+"Truth": {"required": ["frame", "bodies", "bodies_of", "stars", "windows", "hot_pixels"], "properties": {
+    "bodies_of": {"minimum": 0},
+    "bodies": {"maxItems": 64, "items": {"required": ["name", "x", "y", "radius_px", "range_m", "limb", "limb_lit"], "properties": {
         "name": {"type": "string"}, "x": {"type": ["number", "null"], "x-unit": "px"}, "y": {"type": ["number", "null"], "x-unit": "px"},
         "radius_px": {"type": ["number", "null"], "x-unit": "px"}, "range_m": {"type": "number", "x-unit": "m"},
         "limb": {"description": "Points [x, y], px; null between parts that are not connected", "type": "array", "items": {
@@ -85,49 +77,42 @@ const std::string_view openapi_schemas = R"({
         "limb_lit": {"description": "Of each point, whether the Sun shines there", "type": "array", "items": {"type": ["boolean", "null"]}},
         "motion": {"description": "Of the origin from the first to the last row", "type": "object", "required": ["start", "end"], "properties": {
             "start": {"$ref": "#/components/schemas/ImagePoint"}, "end": {"$ref": "#/components/schemas/ImagePoint"}}}}}},
-    "stars": {"type": "array", "maxItems": 100, "items": {"type": "object", "required": ["x", "y", "name", "magnitude"], "properties": {
+    "stars": {"maxItems": 100, "items": {"required": ["x", "y", "name", "magnitude"], "properties": {
         "x": {"type": "number", "x-unit": "px"}, "y": {"type": "number", "x-unit": "px"},
         "name": {"type": ["string", "null"]}, "magnitude": {"type": "number"}}}},
-    "windows": {"type": "array", "maxItems": 32, "items": {"type": "object", "required": ["name", "x", "y", "w", "h", "sensor_x", "sensor_y"], "properties": {
+    "windows": {"maxItems": 32, "items": {"required": ["name", "x", "y", "w", "h", "sensor_x", "sensor_y"], "properties": {
         "name": {"type": "string"}, "x": {"type": "integer"}, "y": {"type": "integer"}, "w": {"type": "integer"}, "h": {"type": "integer"},
         "sensor_x": {"type": "integer"}, "sensor_y": {"type": "integer"}}}},
-    "hot_pixels": {"type": "array", "maxItems": 256, "items": {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "integer"}}}}},
-"Probe": {"type": "object", "required": ["frame", "x", "y", "dn", "electrons", "formula", "bands", "irradiance_w_m2", "body", "range_m",
+    "hot_pixels": {"maxItems": 256, "items": {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "integer"}}}}},
+"Probe": {"required": ["frame", "x", "y", "dn", "electrons", "formula", "bands", "irradiance_w_m2", "body", "range_m",
     "latitude_deg", "longitude_deg", "incidence_deg", "emission_deg", "phase_deg", "row_mid_exposure_tai_ns", "samples"], "properties": {
-    "frame": {"$ref": "#/components/schemas/Count"}, "x": {"type": "integer"}, "y": {"type": "integer"}, "dn": {"type": "integer"},
-    "electrons": {"type": "object", "required": ["estimated", "exact"], "properties": {
+    "frame": {"$ref": "#/components/schemas/Count"},
+    "electrons": {"required": ["estimated", "exact"], "properties": {
         "estimated": {"type": ["number", "null"]}, "exact": {"type": ["number", "null"]}}},
-    "formula": {"description": "How electrons are estimated", "type": "string"},
-    "bands": {"type": "array", "items": {"type": "object", "required": ["name", "wavelength_nm", "irradiance_w_m2"], "properties": {
+    "bands": {"items": {"required": ["name", "wavelength_nm", "irradiance_w_m2"], "properties": {
         "name": {"type": "string"}, "wavelength_nm": {"type": "array", "items": {"type": "number"}, "x-unit": "nm"},
         "irradiance_w_m2": {"type": "number", "x-unit": "W/m2"}}}},
-    "irradiance_w_m2": {"type": "number", "x-unit": "W/m2"}, "body": {"type": ["string", "null"]},
-    "range_m": {"type": ["number", "null"], "x-unit": "m"},
-    "latitude_deg": {"type": ["number", "null"], "x-unit": "deg"}, "longitude_deg": {"type": ["number", "null"], "x-unit": "deg"},
-    "incidence_deg": {"type": ["number", "null"], "x-unit": "deg"}, "emission_deg": {"type": ["number", "null"], "x-unit": "deg"},
-    "phase_deg": {"type": ["number", "null"], "x-unit": "deg"},
+    "body": {"type": ["string", "null"]}, "range_m": {"type": ["number", "null"]},
+    "latitude_deg": {"type": ["number", "null"]}, "longitude_deg": {"type": ["number", "null"]},
+    "incidence_deg": {"type": ["number", "null"]}, "emission_deg": {"type": ["number", "null"]}, "phase_deg": {"type": ["number", "null"]},
     "row_mid_exposure_tai_ns": {"$ref": "#/components/schemas/Count"}, "samples": {"type": ["number", "null"]}}},
-"Scenes": {"type": "object", "required": ["shown", "scenes"], "properties": {
-    "scenes": {"type": "array", "items": {"type": "string"}}}},
-"Scene": {"type": "object", "required": ["file", "camera", "bodies", "lamps", "simulator"], "properties": {
-    "file": {"type": "string"}, "scene_time": {"enum": ["nominal", "clock", "tai", "replay"]}, "camera": {"$ref": "#/components/schemas/Placed"},
-    "bodies": {"type": "array", "items": {"$ref": "#/components/schemas/Placed"}}, "lamps": {"type": "array", "items": {"$ref": "#/components/schemas/Placed"}},
+"Scenes": {"required": ["shown", "scenes"]},
+"Scene": {"required": ["file", "camera", "bodies", "lamps", "simulator"], "properties": {
+    "scene_time": {"enum": ["nominal", "clock", "tai", "replay"]}, "camera": {"$ref": "#/components/schemas/Placed"},
+    "bodies": {"items": {"$ref": "#/components/schemas/Placed"}}, "lamps": {"items": {"$ref": "#/components/schemas/Placed"}},
     "simulator": {"type": ["object", "null"]}}},
 "Placed": {"type": "object", "required": ["name", "parent", "motion", "source"], "properties": {
     "name": {"type": "string"}, "parent": {"type": "string"}, "motion": {"type": "string"}, "source": {"enum": ["scene", "simulator"]},
     "newest_pose_s": {"type": ["number", "null"], "x-unit": "s"}}},
-"Step": {"type": "object", "required": ["frame", "outcome", "late_rows"], "properties": {"outcome": {"type": "string"}, "late_rows": {"type": "integer"}}},
-"Device": {"type": "object", "required": ["features"], "properties": {
-    "features": {"type": "array", "items": {"type": "object", "required": ["name", "category", "type", "value", "writable", "locked"], "properties": {
+"Step": {"required": ["frame", "outcome", "late_rows"]},
+"Device": {"required": ["features"], "properties": {
+    "features": {"items": {"required": ["name", "category", "type", "value", "writable", "locked"], "properties": {
         "name": {"type": "string"}, "category": {"type": "string"}, "value": {}, "writable": {"type": "boolean"}, "locked": {"type": "boolean"}}}}}},
 "Written": {"type": "object", "required": ["written"], "properties": {"written": {"type": "string"}}},
-"Released": {"type": "object", "required": ["controller"], "properties": {
-    "controller": {"description": "Address of the client that had control; empty: none", "type": "string"}}},
-"LogLevel": {"type": "object", "required": ["level", "before"], "properties": {"level": {"type": "string"}, "before": {"type": "string"}}},
+"Released": {"required": ["controller"]},
+"LogLevel": {"required": ["level", "before"]},
 "Shown": {"type": "object", "required": ["file"], "properties": {"file": {"type": "string"}}},
-"Configuration": {"type": "object", "required": ["entries"], "properties": {
-    "entries": {"type": "array", "items": {"type": "object", "required": ["key", "value", "source"]}},
-    "sha256": {"type": "string"}}},
+"Configuration": {"required": ["entries"], "properties": {"entries": {"items": {"required": ["key", "value", "source"]}}}},
 "Frame": {"type": "object", "required": ["id", "frame", "trigger", "edge_tai_ns", "width", "height", "bits"], "properties": {
     "id": {"$ref": "#/components/schemas/Count"}, "frame": {"$ref": "#/components/schemas/Count"},
     "trigger": {"$ref": "#/components/schemas/Count"}, "edge_tai_ns": {"$ref": "#/components/schemas/Count"},

@@ -6,7 +6,8 @@
 
 namespace obscura::web {
 
-/// An object of schemas by the names that Route::schema has.
+/// An object of schemas by their names, those of Route::schema or of calls. Those of calls have only what the
+/// table of calls does not say; null takes a member of it away.
 extern const std::string_view openapi_schemas;
 
 } // namespace obscura::web

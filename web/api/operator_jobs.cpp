@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jobs about the daemon behind a camera: its GigE Vision features, poses and steps, reload, support bundle.
+// Jobs about the daemon behind a camera: its GigE Vision features, logging, control, support bundle.
 #include "core/error.hpp"
 #include "host/support_bundle.hpp"
 #include "web/api/camera_jobs.hpp"
@@ -22,9 +22,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
-
-/// A scene may be built, a frame rendered.
-constexpr auto patience = 60s;
 
 } // namespace
 
@@ -51,26 +48,11 @@ Response CameraJobs::release(const State& state) {
     return json_answer(answer);
 }
 
-std::optional<Response> CameraJobs::long_call(State& state, const char* call) {
-    if (!state.running) {
-        Json fields = state.request.body;
-        if (state.request.route->answers != Answers::reload) fields["camera"] = state.request.place.number;
-        state.running = calls_.begin(state.request.place, call, fields, patience);
-    }
-    auto answer = calls_.look(*state.running);
-    if (!answer) return std::nullopt;
-    note(state, nullptr, state.request.body);
-    make_exact(answer->head);
-    return json_answer(answer->head);
-}
-
 std::optional<Response> CameraJobs::self_test(State& state) {
-    if (!state.running)
-        state.running = calls_.begin(state.request.place, "self_test", Json::object(), patience);
-    auto answer = calls_.look(*state.running);
-    if (!answer) return std::nullopt;
-    answer->head.erase("text");
-    return json_answer(answer->head);
+    auto answered = answer(state, 60s);
+    if (!answered) return std::nullopt;
+    answered->head.erase("text");
+    return json_answer(answered->head);
 }
 
 Response CameraJobs::support_bundle(const State& state) {

@@ -2,11 +2,13 @@
 #include "web/api/route_table.hpp"
 
 #include "web/live/view.hpp"
+#include "web_calls.hpp"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <stdexcept>
 #include <system_error>
 
 namespace obscura::web {
@@ -32,19 +34,6 @@ constexpr std::array events_query{
               false, 0, 1}};
 constexpr std::array audit_query{
     Parameter{"after", Type::integer, "Only changes with a larger id", false, 0, most_id}};
-constexpr std::array force_query{Parameter{
-    "force", Type::boolean, "Write although a GigE Vision client controls the camera; for the role admin"}};
-constexpr std::array timing_query{
-    Parameter{"after", Type::integer, "Only frames after this one", false, 0, most_id},
-    Parameter{"most", Type::integer, "Largest number of rows", false, 1, 1024}};
-constexpr std::array timing_rows_query{Parameter{
-    "frame", Type::integer, "Number of a frame, one of the newest 1024; 0: the newest", false, 0, most_id}};
-constexpr std::array probe_query{
-    Parameter{"x", Type::integer, "Column of the image", true, 0, 65535, "px"},
-    Parameter{"y", Type::integer, "Row of the image", true, 0, 65535, "px"},
-    Parameter{"frame", Type::integer,
-              "Number of a frame, one of the newest; 0: the newest, which is the default", false, 0,
-              most_id}};
 constexpr Parameter after{
     "after", Type::integer, "Only a frame with a larger id: that of the last answer", false, 0, most_id};
 constexpr Parameter wait{"wait", Type::number, "Longest wait for such a frame", false, 0, 30, "s"};
@@ -66,32 +55,66 @@ constexpr Parameter view_reduce{
     .choices = reductions};
 constexpr std::array picture_query{view_x, view_y, view_w, view_h, view_bin, view_reduce};
 constexpr std::array newest_picture_query{after, wait, view_x, view_y, view_w, view_h, view_bin, view_reduce};
-constexpr std::array truth_query{Parameter{
-    "frame", Type::integer, "Frame of that number, one of the latest that were looked at; 0: the newest",
-    false, 0, most_id}};
 constexpr std::array feature_fields{Parameter{"value", Type::any, "Its value from now on", true}};
-constexpr std::array trigger_fields{
-    Parameter{"wait", Type::boolean, "Answer when the fate of the frame is known, which is the default"}};
 constexpr std::array acquisition_fields{
     Parameter{"running", Type::boolean, "Whether the camera acquires from now on", true}};
-constexpr std::array fault_fields{Parameter{
-    "rules", Type::array, "Rules as GET has them, instead of those that are armed; none: disarm", true}};
-constexpr std::array scene_fields{
-    Parameter{"file", Type::string, "Name of a shipped scene, or of a file below control.scenes", true}};
+constexpr Parameter daemon_camera{"camera", Type::string,
+                                  "`id` of a camera, whose daemon is meant; missing: the first one"};
+constexpr std::array daemon_query{daemon_camera};
 
-constexpr std::array pose_fields{
-    Parameter{"name", Type::string, "Body or lamp of the scene, or \"camera\"", true},
-    Parameter{"time_s", Type::number, "Scene time of the pose, later than that of the one before", true, 0,
-              999'999'999, "s"},
-    Parameter{"position_m", Type::array, "Position x, y, z, inertial or in the parent's frame, m", true},
-    Parameter{"orientation", Type::array, "Quaternion w, x, y, z; missing: that of the frame"}};
-constexpr std::array step_fields{Parameter{"time_s", Type::number,
-                                           "Scene time of the frame, later than that of the step before",
-                                           true, 0, 999'999'999, "s"}};
-constexpr std::array level_fields{
-    Parameter{"level", Type::string, "error, warning, notice, info or debug", true}};
-constexpr std::array daemon_query{
-    Parameter{"camera", Type::string, "`id` of a camera, whose daemon is meant; missing: the first one"}};
+/// A name that the table of calls lacks is an error of the build.
+constexpr const CallRow& call_row(std::string_view name) {
+    for (const CallRow& row : call_rows)
+        if (row.name == name) return row;
+    throw std::invalid_argument("no such call");
+}
+
+constexpr const Parameter& field_of(std::string_view call, std::string_view name) {
+    for (const Parameter& field : call_row(call).fields)
+        if (field.name == name) return field;
+    throw std::invalid_argument("no such field");
+}
+
+constexpr Role role_of(std::string_view permission) {
+    if (permission == "view") return Role::viewer;
+    return permission == "admin" ? Role::admin : Role::control;
+}
+
+constexpr std::array force_query{field_of("camera.set", "force")};
+constexpr std::array self_test_query{daemon_camera, field_of("self_test", "seconds")};
+
+/// What the route of a call has of its own.
+struct Special {
+    Answers answers = Answers::call;
+    std::string_view help{}, schema{};
+    bool own_answer = false;
+    /// Query or body, where one is given, stand for the fields of the call.
+    std::span<const Parameter> query{};
+    std::optional<Body> body{};
+    std::span<const Parameter> fields{};
+};
+
+/// The route of a call, whose fields are a query of GET, else a body.
+constexpr Route route_of(std::string_view method, std::string_view path, std::string_view id,
+                         std::string_view call, const Special& special = {}) {
+    const CallRow& row = call_row(call);
+    const bool changes = method != "GET";
+    Route route{special.answers,
+                method,
+                path,
+                id,
+                role_of(row.permission),
+                special.help.empty() ? row.help : special.help,
+                json_type,
+                special.schema,
+                special.query,
+                changes ? special.body.value_or(Body::fields) : Body::none,
+                special.fields,
+                &row,
+                special.own_answer};
+    if (special.query.empty() && !special.body) (changes ? route.fields : route.query) = row.fields;
+    return route;
+}
 
 constexpr std::array all_routes{
     Route{Answers::page,
@@ -122,142 +145,67 @@ constexpr std::array all_routes{
           "Cameras of the daemons that answer", json_type, "Cameras"},
     Route{Answers::camera, "GET", "/api/v1/cameras/{camera}", "camera", Role::viewer,
           "What its daemon said last of a camera", json_type, "Camera"},
-    Route{Answers::features, "GET", "/api/v1/cameras/{camera}/features", "features", Role::viewer,
-          "Settings of a camera by their SFNC names", json_type, "Features"},
-    Route{Answers::set_features, "PATCH", "/api/v1/cameras/{camera}/features", "features.set", Role::control,
-          "Changes settings: all that are named, or none if one is wrong", json_type, "Changed", force_query,
-          Body::map},
-    Route{Answers::feature, "GET", "/api/v1/cameras/{camera}/features/{feature}", "feature", Role::viewer,
-          "One of these settings", json_type, "Feature"},
-    Route{Answers::set_feature, "PUT", "/api/v1/cameras/{camera}/features/{feature}", "feature.set",
-          Role::control, "Changes it; answers with all settings that have changed", json_type, "Changed",
-          force_query, Body::fields, feature_fields},
-    Route{Answers::trigger,
-          "POST",
-          "/api/v1/cameras/{camera}/trigger",
-          "trigger",
-          Role::control,
-          "Triggers a frame of a camera whose TriggerSource is Software; 202 if its fate is not known in "
-          "time",
-          json_type,
-          "Trigger",
-          {},
-          Body::fields,
-          trigger_fields},
-    Route{Answers::acquisition,
-          "POST",
-          "/api/v1/cameras/{camera}/acquisition",
-          "acquisition",
-          Role::control,
-          "Starts or stops the acquisition",
-          json_type,
-          "Acquisition",
-          {},
-          Body::fields,
-          acquisition_fields},
-    Route{Answers::timing, "GET", "/api/v1/cameras/{camera}/timing", "timing", Role::viewer,
-          "Instants of the latest frames", json_type, "Timing", timing_query},
-    Route{Answers::timing_rows, "GET", "/api/v1/cameras/{camera}/timing/rows", "timing.rows", Role::viewer,
-          "How late each row of a frame left", json_type, "TimingRows", timing_rows_query},
-    Route{Answers::faults, "GET", "/api/v1/cameras/{camera}/faults", "faults", Role::viewer,
-          "Faults that are armed, and those that can be", json_type, "Faults"},
-    Route{Answers::set_faults,
-          "PUT",
-          "/api/v1/cameras/{camera}/faults",
-          "faults.set",
-          Role::control,
-          "Arms faults",
-          json_type,
-          "Faults",
-          {},
-          Body::fields,
-          fault_fields},
-    Route{Answers::truth, "GET", "/api/v1/cameras/{camera}/truth", "truth", Role::viewer,
-          "Where bodies, limbs, stars, windows and hot pixels are in a frame", json_type, "Truth",
-          truth_query},
-    Route{Answers::probe, "GET", "/api/v1/cameras/{camera}/probe", "probe", Role::viewer,
-          "One pixel of a frame: digital number, electrons, irradiance, and what it shows", json_type,
-          "Probe", probe_query},
-    Route{Answers::scenes, "GET", "/api/v1/cameras/{camera}/scenes", "scenes", Role::viewer,
-          "Scenes that can be shown", json_type, "Scenes"},
-    Route{Answers::show_scene,
-          "PUT",
-          "/api/v1/cameras/{camera}/scene",
-          "scene.show",
-          Role::control,
-          "Shows another scene; answers when it is shown",
-          json_type,
-          "Shown",
-          {},
-          Body::fields,
-          scene_fields},
-    Route{Answers::scene, "GET", "/api/v1/cameras/{camera}/scene", "scene", Role::viewer,
-          "The scene that is shown: its bodies, and where their poses come from", json_type, "Scene"},
-    Route{Answers::pose,
-          "POST",
-          "/api/v1/cameras/{camera}/pose",
-          "pose",
-          Role::control,
-          "Moves the camera, a body or a lamp; needs simulator.enabled",
-          json_type,
-          {},
-          {},
-          Body::fields,
-          pose_fields},
-    Route{Answers::step,
-          "POST",
-          "/api/v1/cameras/{camera}/step",
-          "step",
-          Role::control,
-          "Makes the frame of a scene time in lockstep; answers when its last row has left",
-          json_type,
-          "Step",
-          {},
-          Body::fields,
-          step_fields},
-    Route{Answers::device, "GET", "/api/v1/cameras/{camera}/device", "device", Role::viewer,
-          "Features of the GigE Vision side with the values that its client reads", json_type, "Device"},
-    Route{Answers::set_device,
-          "POST",
-          "/api/v1/cameras/{camera}/device",
-          "device.set",
-          Role::control,
-          "Writes one of those features, or runs a command by true: {\"UserSetLoad\": true}",
-          json_type,
-          "Written",
-          {},
-          Body::map},
-    Route{Answers::release,
-          "POST",
-          "/api/v1/cameras/{camera}/release",
-          "release",
-          Role::admin,
-          "Takes control away from the GigE Vision client that has it",
-          json_type,
-          "Released",
-          {},
-          Body::fields},
-    Route{Answers::reload,
-          "POST",
-          "/api/v1/cameras/{camera}/reload",
-          "reload",
-          Role::admin,
-          "Has the daemon read its configuration again, as SIGHUP does; all changes are taken on, or none",
-          json_type,
-          {},
-          {},
-          Body::fields},
-    Route{Answers::set_log_level,
-          "POST",
-          "/api/v1/cameras/{camera}/log-level",
-          "log_level",
-          Role::control,
-          "Changes how much the daemon logs, until the next reload",
-          json_type,
-          "LogLevel",
-          {},
-          Body::fields,
-          level_fields},
+    route_of("GET", "/api/v1/cameras/{camera}/features", "features", "camera.features",
+             {.answers = Answers::features, .schema = "Features"}),
+    route_of("PATCH", "/api/v1/cameras/{camera}/features", "features.set", "camera.set",
+             {.answers = Answers::set_features,
+              .help = "Changes settings: all that are named, or none if one is wrong",
+              .schema = "Changed",
+              .query = force_query,
+              .body = Body::map}),
+    route_of("GET", "/api/v1/cameras/{camera}/features/{feature}", "feature", "camera.features",
+             {.answers = Answers::feature,
+              .help = "One of these settings",
+              .schema = "Feature",
+              .own_answer = true}),
+    route_of("PUT", "/api/v1/cameras/{camera}/features/{feature}", "feature.set", "camera.set",
+             {.answers = Answers::set_feature,
+              .help = "Changes it; answers with all settings that have changed",
+              .schema = "Changed",
+              .query = force_query,
+              .body = Body::fields,
+              .fields = feature_fields}),
+    route_of(
+        "POST", "/api/v1/cameras/{camera}/trigger", "trigger", "camera.trigger",
+        {.answers = Answers::trigger,
+         .help =
+             "Triggers a frame of a camera whose TriggerSource is Software; 202 if its fate is not known in "
+             "time",
+         .schema = "Trigger"}),
+    route_of("POST", "/api/v1/cameras/{camera}/acquisition", "acquisition", "camera.start",
+             {.answers = Answers::acquisition,
+              .help = "Starts or stops the acquisition",
+              .schema = "Acquisition",
+              .own_answer = true,
+              .body = Body::fields,
+              .fields = acquisition_fields}),
+    route_of("GET", "/api/v1/cameras/{camera}/timing", "timing", "timing"),
+    route_of("GET", "/api/v1/cameras/{camera}/timing/rows", "timing.rows", "timing.rows"),
+    route_of("GET", "/api/v1/cameras/{camera}/faults", "faults", "faults.list",
+             {.answers = Answers::faults, .schema = "Faults"}),
+    route_of("PUT", "/api/v1/cameras/{camera}/faults", "faults.set", "faults.set",
+             {.answers = Answers::set_faults, .schema = "Faults"}),
+    route_of("GET", "/api/v1/cameras/{camera}/truth", "truth", "truth"),
+    route_of("GET", "/api/v1/cameras/{camera}/probe", "probe", "probe", {.answers = Answers::probe}),
+    route_of("GET", "/api/v1/cameras/{camera}/scenes", "scenes", "scene.list",
+             {.answers = Answers::scenes, .schema = "Scenes"}),
+    route_of("PUT", "/api/v1/cameras/{camera}/scene", "scene.show", "scene.show",
+             {.answers = Answers::show_scene, .schema = "Shown", .own_answer = true}),
+    route_of("GET", "/api/v1/cameras/{camera}/scene", "scene", "scene.describe", {.schema = "Scene"}),
+    route_of("POST", "/api/v1/cameras/{camera}/pose", "pose", "pose"),
+    route_of("POST", "/api/v1/cameras/{camera}/step", "step", "step"),
+    route_of("GET", "/api/v1/cameras/{camera}/device", "device", "device.features", {.schema = "Device"}),
+    route_of("POST", "/api/v1/cameras/{camera}/device", "device.set", "device.set",
+             {.answers = Answers::set_device,
+              .help = "Writes one of those features, or runs a command by true: {\"UserSetLoad\": true}",
+              .schema = "Written",
+              .own_answer = true,
+              .body = Body::map}),
+    route_of("POST", "/api/v1/cameras/{camera}/release", "release", "release",
+             {.answers = Answers::release, .schema = "Released"}),
+    route_of("POST", "/api/v1/cameras/{camera}/reload", "reload", "reload"),
+    route_of("POST", "/api/v1/cameras/{camera}/log-level", "log_level", "log_level",
+             {.answers = Answers::set_log_level}),
     Route{Answers::support_bundle,
           "GET",
           "/api/v1/support-bundle",
@@ -267,23 +215,18 @@ constexpr std::array all_routes{
           "application/zstd",
           {},
           daemon_query},
-    Route{Answers::self_test, "GET", "/api/v1/self-test", "self-test", Role::control,
-          "Measures for 0.6 s how late an ordinary thread of this machine releases rows", json_type,
-          "SelfTest", daemon_query},
-    Route{Answers::configuration, "GET", "/api/v1/cameras/{camera}/configuration", "configuration",
-          Role::viewer, "Every key of the configuration, its value and where that comes from", json_type,
-          "Configuration"},
-    Route{Answers::set_configuration,
-          "PATCH",
-          "/api/v1/cameras/{camera}/configuration",
-          "configuration.set",
-          Role::admin,
-          "Changes values that a reload can change, given as tables of the file, {\"trigger\": {\"rate_hz\": "
-          "20}}: all or none; the file stays as it is, and the next reload returns to it",
-          json_type,
-          "Changed",
-          {},
-          Body::map},
+    route_of("GET", "/api/v1/self-test", "self-test", "self_test",
+             {.answers = Answers::self_test, .query = self_test_query}),
+    route_of("GET", "/api/v1/cameras/{camera}/configuration", "configuration", "configuration",
+             {.answers = Answers::configuration}),
+    route_of(
+        "PATCH", "/api/v1/cameras/{camera}/configuration", "configuration.set", "configuration.set",
+        {.answers = Answers::set_configuration,
+         .help =
+             "Changes values that a reload can change, given as tables of the file, {\"trigger\": {\"rate_hz\": "
+             "20}}: all or none; the file stays as it is, and the next reload returns to it",
+         .schema = "Changed",
+         .body = Body::map}),
     Route{Answers::frame_json, "GET", "/api/v1/cameras/{camera}/frames/latest.json", "frame.json",
           Role::viewer, "What is known of the newest frame; 204 if none came", json_type, "Frame",
           frame_query},

@@ -2,10 +2,10 @@
 // Table of routes, of which router, OpenAPI document and reference page are made.
 #pragma once
 
+#include "web/api/call_rows.hpp"
 #include "web/server/access.hpp"
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -16,6 +16,7 @@ namespace obscura::web {
 
 /// What a route answers; Routes and CameraJobs have a function for each.
 enum class Answers : std::uint8_t {
+    call, ///< what the daemon answers to Route::call
     page,
     alive,
     ready,
@@ -33,23 +34,15 @@ enum class Answers : std::uint8_t {
     set_feature,
     trigger,
     acquisition,
-    timing,
-    timing_rows,
     faults,
     set_faults,
-    truth,
     probe,
     scenes,
     show_scene,
     configuration,
     set_configuration,
-    scene,
-    pose,
-    step,
-    device,
     set_device,
     release,
-    reload,
     set_log_level,
     support_bundle,
     self_test,
@@ -62,24 +55,6 @@ enum class Answers : std::uint8_t {
     frame,    ///< in the form that the client takes
     pictures, ///< of the camera, or of the first one
 };
-
-/// A field of a query or of a body.
-struct Parameter {
-    enum class Type : std::uint8_t { boolean, integer, number, string, array, any };
-    std::string_view name;
-    Type type = Type::string;
-    std::string_view help;
-    bool required = false;
-    double min = 0, max = std::numeric_limits<double>::max(); ///< of numbers
-    std::string_view unit{};
-    std::span<const std::string_view> choices{}; ///< of strings; empty: any
-};
-constexpr auto enum_names(Parameter::Type /*type*/) {
-    using T = Parameter::Type;
-    return std::array{EnumName{T::boolean, "boolean"}, EnumName{T::integer, "integer"},
-                      EnumName{T::number, "number"},   EnumName{T::string, "string"},
-                      EnumName{T::array, "array"},     EnumName{T::any, "any"}};
-}
 
 /// What the body of a request holds.
 enum class Body : std::uint8_t {
@@ -98,11 +73,16 @@ struct Route {
     std::string_view id;      ///< of the operation, also in the record of changes
     std::optional<Role> role; ///< none: open to all
     std::string_view help;
-    std::string_view type;     ///< of the answer
-    std::string_view schema{}; ///< of the answer, a component of the document; empty: no JSON
+    std::string_view type; ///< of the answer
+    std::string_view
+        schema{}; ///< of the answer, a component of the document; empty: named as the call, or none
     std::span<const Parameter> query{};
     Body body = Body::none;
     std::span<const Parameter> fields{};
+    /// Of the daemon, which the route makes; null: none. Role, help and fields are those of the call where
+    /// the table says nothing else.
+    const CallRow* call = nullptr;
+    bool own_answer = false; ///< another one than the call's
 
     [[nodiscard]] bool changes() const { return method != "GET"; }
     [[nodiscard]] bool is_api() const { return path.starts_with("/api/"); }
