@@ -58,7 +58,7 @@ Value convert(const toml::node& node) {
 
 /// Parts of the longest dotted key. toml++ 3.3 bounds nested arrays and inline tables, not the tables that a
 /// dotted key nests, and goes through all of them by recursion.
-constexpr std::size_t most_key_parts = 16;
+constexpr std::size_t max_key_parts = 16;
 
 /// Position behind the string that begins at `at`, or where a string that has no end breaks off.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
@@ -84,7 +84,7 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
     return text.size();
 }
 
-/// Throws ConfigError for a key of more than most_key_parts parts.
+/// Throws ConfigError for a key of more than max_key_parts parts.
 void check_dotted_keys(std::string_view text, const std::string& name) {
     constexpr std::string_view between_dots = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
                                               "0123456789_- \t";
@@ -100,13 +100,13 @@ void check_dotted_keys(std::string_view text, const std::string& name) {
             continue;
         }
         if (c != '.' && between_dots.find(c) == std::string_view::npos) dots = 0;
-        if (c == '.' && ++dots == most_key_parts) {
+        if (c == '.' && ++dots == max_key_parts) {
             const std::string_view before = text.substr(0, at);
             const auto line = 1 + std::count(before.begin(), before.end(), '\n');
             const std::size_t end_of_last = before.rfind('\n');
             const std::size_t column = end_of_last == std::string_view::npos ? at + 1 : at - end_of_last;
             throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: a key has more than {} parts", name,
-                                          line, column, most_key_parts));
+                                          line, column, max_key_parts));
         }
         ++at;
     }

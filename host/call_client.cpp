@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Containers within each other that are sent: more than any call takes.
-constexpr int most_levels = 16;
+constexpr int max_levels = 16;
 
 using Owned = std::unique_ptr<obscura_value, decltype(&obscura_value_free)>;
 
@@ -122,7 +122,7 @@ CallClient::CallClient(const std::string& address, const Options& options) {
     obscura_connect_options how{};
     how.timeout_s = options.timeout_s;
     how.connect_timeout_s = options.connect_timeout_s;
-    how.max_body_bytes = options.most_array_bytes;
+    how.max_body_bytes = options.max_array_bytes;
     how.token_file = options.token_file.empty() ? nullptr : options.token_file.c_str();
     obscura_error error;
     client_.reset(obscura_connect(address.c_str(), &how, &error), obscura_close);
@@ -137,7 +137,7 @@ CallClient::Answer CallClient::call(const std::string& name, const Json& fields)
 }
 
 void CallClient::begin(const std::string& name, const Json& fields) {
-    obscura_value* const map = fields.is_null() ? nullptr : value_of(fields, most_levels);
+    obscura_value* const map = fields.is_null() ? nullptr : value_of(fields, max_levels);
     if (obscura_begin(client_.get(), name.c_str(), map) != OBSCURA_OK)
         fail_call(*obscura_last_error(client_.get()));
 }

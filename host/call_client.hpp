@@ -52,10 +52,10 @@ public:
         std::shared_ptr<obscura_answer> answer_;
     };
     struct Options {
-        double timeout_s = 600;                      ///< longest silence of the daemon
-        double connect_timeout_s = 10;               ///< longest wait for the connection
-        std::string token_file{};                    ///< that the daemon wants; empty: none
-        std::uint64_t most_array_bytes = 1ULL << 30; ///< of one answer
+        double timeout_s = 600;                     ///< longest silence of the daemon
+        double connect_timeout_s = 10;              ///< longest wait for the connection
+        std::string token_file{};                   ///< that the daemon wants; empty: none
+        std::uint64_t max_array_bytes = 1ULL << 30; ///< of one answer
     };
     /// `address`: as of [control], "HOST:PORT" or the path of a Unix socket. Throws HardwareError if nothing
     /// answers there, CallRefused if it wants another token.

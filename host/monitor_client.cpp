@@ -17,7 +17,7 @@ namespace {
 
 /// Reports a failed call of a socket that has a timeout.
 [[noreturn]] void fail(const std::string& what) {
-    if (errno == EAGAIN) throw NoAnswer(fmt::format("{}: no answer within {} s", what, monitor_patience_s));
+    if (errno == EAGAIN) throw NoAnswer(fmt::format("{}: no answer within {} s", what, monitor_timeout_s));
     throw HardwareError(fmt::format("{}: {}", what, std::strerror(errno)));
 }
 

@@ -38,7 +38,7 @@ sockaddr_un monitor_address(const std::filesystem::path& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     const std::string& text = path.native();
-    std::memcpy(address.sun_path, text.data(), std::min(text.size(), longest_socket_path()));
+    std::memcpy(address.sun_path, text.data(), std::min(text.size(), max_socket_path_bytes()));
     return address;
 }
 
@@ -73,9 +73,9 @@ FileDescriptor connect_to_monitor(const std::filesystem::path& path, bool wait) 
     FileDescriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | (wait ? 0 : SOCK_NONBLOCK), 0));
     const sockaddr_un address = monitor_address(path);
     // Also of connect(), which waits while the server has not accepted those before.
-    const timeval patience{monitor_patience_s, 0};
-    ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    const timeval timeout{monitor_timeout_s, 0};
+    ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
+    ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
     const auto connect = [&] {
         return ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
     };

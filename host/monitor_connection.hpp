@@ -21,13 +21,13 @@ constexpr std::size_t monitor_request_bytes = 4096, monitor_answer_bytes = 192 <
 /// Most descriptors of an answer.
 constexpr std::size_t monitor_descriptors = 2;
 
-/// Address of a monitor socket, whose path is cut at longest_socket_path().
+/// Address of a monitor socket, whose path is cut at max_socket_path_bytes().
 [[nodiscard]] sockaddr_un monitor_address(const std::filesystem::path& path);
 
 /// Longest wait of a client for the server, s.
-constexpr int monitor_patience_s = 5;
+constexpr int monitor_timeout_s = 5;
 /// Connects to a monitor socket; an empty descriptor if that is not possible, with the reason in errno. Its
-/// calls wait for monitor_patience_s at most. They and those below go on where the process is stopped and
+/// calls wait for monitor_timeout_s at most. They and those below go on where the process is stopped and
 /// continued meanwhile. `wait`: also for a daemon that has not accepted those before.
 [[nodiscard]] FileDescriptor connect_to_monitor(const std::filesystem::path& path, bool wait = true);
 /// Sends a request; false: not sent, with the reason in errno.

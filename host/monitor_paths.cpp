@@ -60,7 +60,7 @@ pid_t process_of(const std::string& name) {
 
 } // namespace
 
-std::size_t longest_socket_path() noexcept {
+std::size_t max_socket_path_bytes() noexcept {
     return sizeof sockaddr_un{}.sun_path - 1;
 }
 

@@ -14,7 +14,7 @@ constexpr const char* automatic_monitor = "auto";
 constexpr const char* no_monitor = "off";
 
 /// Most bytes of a socket's path (unix(7)).
-[[nodiscard]] std::size_t longest_socket_path() noexcept;
+[[nodiscard]] std::size_t max_socket_path_bytes() noexcept;
 
 /// Folder of this process's monitor socket for monitor.socket = "auto": RUNTIME_DIRECTORY as systemd sets it,
 /// the folder obscura in XDG_RUNTIME_DIR, /run/obscura for root, or a folder of this user's in /tmp.

@@ -66,8 +66,8 @@ std::string threads_text(const CallJson& state) {
 std::string events_text(const AskDaemon& ask) {
     std::string text;
     std::uint64_t after = 0;
-    constexpr int most_answers = 256;
-    for (int i = 0; i < most_answers; ++i) {
+    constexpr int max_answers = 256;
+    for (int i = 0; i < max_answers; ++i) {
         const CallJson events = ask("events", {{"after", after}}).at("events");
         if (events.empty()) break;
         for (const CallJson& event : events)

@@ -27,8 +27,8 @@ void TarArchive::add(std::string_view name, std::string_view text) {
         field.copy(header.data() + place, field.size());
     };
     const std::string path = fmt::format("{}/{}", folder_, name);
-    constexpr std::size_t longest_path = 100;
-    if (path.size() > longest_path) throw std::invalid_argument(path + ": too long for an archive");
+    constexpr std::size_t max_path_bytes = 100;
+    if (path.size() > max_path_bytes) throw std::invalid_argument(path + ": too long for an archive");
     put(0, path);
     put(100, "0000600");                           // mode
     put(108, "0000000"), put(116, "0000000");      // user, group

@@ -59,10 +59,10 @@ Image read_image(const std::filesystem::path& file, const std::string& plane) {
 
 std::vector<std::string> colour_planes(const std::filesystem::path& file) {
     const auto numbers = [&file](std::int64_t planes) {
-        constexpr std::int64_t most_planes = 65536;
-        if (planes > most_planes)
+        constexpr std::int64_t max_planes = 65536;
+        if (planes > max_planes)
             throw InputError(
-                fmt::format("{}: {} planes, allowed 1 to {}", file.string(), planes, most_planes));
+                fmt::format("{}: {} planes, allowed 1 to {}", file.string(), planes, max_planes));
         std::vector<std::string> names;
         for (std::int64_t i = 0; i < planes; ++i)
             names.push_back(fmt::format("{}", i));

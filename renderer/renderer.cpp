@@ -152,37 +152,37 @@ void FrameSamples::begin_frame() noexcept {
     impl_->rows.kept = false;
 }
 
-struct KeptLight::Impl {
+struct ReprojectionSource::Impl {
     struct Window {
         KeptImage image;
         MotionGrid motion;
     };
-    Impl(std::size_t width, std::size_t rows, std::size_t most_windows, std::size_t channels,
+    Impl(std::size_t width, std::size_t rows, std::size_t max_windows, std::size_t channels,
          std::size_t bodies)
-        : most_channels(channels),
-          images(width, rows, most_windows, channels, bodies),
-          motions(width, rows, most_windows),
-          windows(most_windows) {
-        placed.reserve(most_windows);
+        : channel_capacity(channels),
+          images(width, rows, max_windows, channels, bodies),
+          motions(width, rows, max_windows),
+          windows(max_windows) {
+        placed.reserve(max_windows);
         motion_jobs.reserve(rows / MotionGrid::cell_px + 3);
     }
 
-    std::size_t most_channels;
+    std::size_t channel_capacity;
     KeptMemory images;
     MotionGrid::Memory motions;
     std::vector<Window> windows;           ///< as many as are `placed`, and unused ones
-    std::vector<KeptWindow> placed;        ///< see KeptLight::windows()
+    std::vector<KeptWindow> placed;        ///< see ReprojectionSource::windows()
     std::uint64_t kept_by = 0;             ///< number of the renderer of the light; 0: none yet
     std::vector<std::int32_t> motion_jobs; ///< rows of cells to be done
 };
-KeptLight::~KeptLight() = default;
+ReprojectionSource::~ReprojectionSource() = default;
 
 struct Workspace::Impl {
     Scratch scratch;
     RowBlock rows;
 };
 Workspace::~Workspace() = default;
-bool KeptLight::begin_frame(std::span<const KeptWindow> windows) noexcept {
+bool ReprojectionSource::begin_frame(std::span<const KeptWindow> windows) noexcept {
     impl_->kept_by = 0;
     impl_->placed.clear();
     impl_->images.clear();
@@ -190,16 +190,16 @@ bool KeptLight::begin_frame(std::span<const KeptWindow> windows) noexcept {
     if (windows.size() > impl_->windows.size()) return false;
     for (std::size_t w = 0; w < windows.size(); ++w)
         if (Impl::Window& to = impl_->windows[w];
-            !to.image.place(windows[w], impl_->most_channels, impl_->images) ||
+            !to.image.place(windows[w], impl_->channel_capacity, impl_->images) ||
             !to.motion.place(windows[w], impl_->motions))
             return false;
     impl_->placed.assign(windows.begin(), windows.end());
     return true;
 }
-std::span<const KeptWindow> KeptLight::windows() const noexcept {
+std::span<const KeptWindow> ReprojectionSource::windows() const noexcept {
     return impl_->placed;
 }
-void KeptLight::begin_reprojection() noexcept {
+void ReprojectionSource::begin_reprojection() noexcept {
     for (std::size_t w = 0; w < impl_->placed.size(); ++w)
         impl_->windows[w].motion.restart();
 }
@@ -207,7 +207,7 @@ void KeptLight::begin_reprojection() noexcept {
 namespace {
 
 /// Variance of pixels that have samples, even if all are equal: 0 means none. Any positive number.
-constexpr double least_variance = std::numeric_limits<double>::min();
+constexpr double min_variance = std::numeric_limits<double>::min();
 
 /// Whether a pixel of a row of `width` pixels has light in some channel.
 bool is_lit(std::span<const double> light, std::size_t x, std::size_t width) {
@@ -218,7 +218,7 @@ bool is_lit(std::span<const double> light, std::size_t x, std::size_t width) {
 
 /// First samples of pixels of adaptive sampling where something moves: with fewer, too many of those that an
 /// edge crosses during the exposure see only one side of it (measured by noise_estimate_test.cpp).
-constexpr std::uint32_t least_moving_samples = 8;
+constexpr std::uint32_t min_moving_samples = 8;
 
 /// Samples of a pixel of load_tiles().
 constexpr std::uint32_t loading_samples = 4;
@@ -229,7 +229,7 @@ constexpr std::uint32_t fewer_samples = 4;
 /// QualityLevel::instants.
 constexpr std::uint32_t fewer_instants = 4;
 
-constexpr auto least_float = static_cast<double>(std::numeric_limits<float>::min());
+constexpr auto min_float = static_cast<double>(std::numeric_limits<float>::min());
 
 /// As std::fill(), which does not become memset for floats.
 void clear(std::span<float> values) {
@@ -246,7 +246,7 @@ void scale_packet(const double* __restrict light, const double* __restrict varia
         const double rounded = 0x1p-24 * light[i];
         const double least = rounded * rounded / 12;
         const double own = (variance[i] > least ? variance[i] : least) * scale * scale;
-        const double kept = own > least_float ? own : least_float;
+        const double kept = own > min_float ? own : min_float;
         out[i] = static_cast<float>(variance[i] > 0 ? kept : 0);
     }
 }
@@ -256,21 +256,21 @@ OBSCURA_VECTOR_CLONES
 void add_estimates(const BlockResult& result, float* __restrict samples, double* __restrict variance) {
     for (int i = 0; i < packet_size; ++i) {
         const auto n = static_cast<float>(static_cast<std::int32_t>(result.samples[i]));
-        const double own = result.variance[i] > least_variance ? result.variance[i] : least_variance;
+        const double own = result.variance[i] > min_variance ? result.variance[i] : min_variance;
         samples[i] += result.covered[i] ? n : 0.0F;
         variance[i] = result.covered[i] ? own : variance[i];
     }
 }
 
 /// Counts a call while it lasts.
-class UnderWay {
+class ActiveCallGuard {
 public:
-    explicit UnderWay(std::atomic<int>& calls) : calls_(calls) {
+    explicit ActiveCallGuard(std::atomic<int>& calls) : calls_(calls) {
         calls_.fetch_add(1, std::memory_order_relaxed);
     }
-    ~UnderWay() { calls_.fetch_sub(1, std::memory_order_relaxed); }
-    UnderWay(const UnderWay&) = delete;
-    UnderWay& operator=(const UnderWay&) = delete;
+    ~ActiveCallGuard() { calls_.fetch_sub(1, std::memory_order_relaxed); }
+    ActiveCallGuard(const ActiveCallGuard&) = delete;
+    ActiveCallGuard& operator=(const ActiveCallGuard&) = delete;
 
 private:
     std::atomic<int>& calls_;
@@ -481,8 +481,8 @@ struct Renderer::Impl {
         return Exposure::of(row, s.motion, settings.max_instants);
     }
     /// Least number of samples of a pixel, see begin_row().
-    [[nodiscard]] std::uint32_t least_samples_of(const Exposure& when) const {
-        return settings.target_error > 0 && when.instants > 1 ? least_moving_samples : 1;
+    [[nodiscard]] std::uint32_t min_samples_of(const Exposure& when) const {
+        return settings.target_error > 0 && when.instants > 1 ? min_moving_samples : 1;
     }
     /// Sets the lens for a row.
     void set_lens(Vec3 beta, Scratch& s) const {
@@ -490,18 +490,18 @@ struct Renderer::Impl {
         if (length(beta) > 0) s.lens = &s.moving_lens.emplace(*lens, beta);
     }
     /// Sets the lens and state `i` of a set-up, of Scratch::whole if none is given.
-    RowState& begin_row(double time_s, Scratch& s, std::size_t i = 0, std::uint32_t least_samples = 1) const {
-        return begin_row(time_s, s, s.whole, i, least_samples);
+    RowState& begin_row(double time_s, Scratch& s, std::size_t i = 0, std::uint32_t min_samples = 1) const {
+        return begin_row(time_s, s, s.whole, i, min_samples);
     }
     RowState& begin_row(double time_s, Scratch& s, RowSetUp& states, std::size_t i,
-                        std::uint32_t least_samples) const {
+                        std::uint32_t min_samples) const {
         states.request = 0;
         if (states.rows.size() <= i) states.rows.resize(i + 1);
         RowState& row = states.rows[i];
         row.beta = camera_beta(scene, bodies, time_s);
         set_lens(row.beta, s);
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
-                      std::max(settings.samples_per_pixel, least_samples), time_s, row);
+                      std::max(settings.samples_per_pixel, min_samples), time_s, row);
         if (!terrains.empty())
             for (BodyState& body : row.bodies) {
                 if (body.detail_view() == nullptr) continue;
@@ -519,9 +519,9 @@ struct Renderer::Impl {
     /// before: the rows of a global shutter are exposed together.
     void begin_rows(std::uint64_t request, const Exposure& when, Scratch& s, RowSetUp& states) const {
         if (states.request == request && states.time == when.row && states.instants == when.instants) return;
-        const std::uint32_t least_samples = least_samples_of(when);
+        const std::uint32_t min_samples = min_samples_of(when);
         for (std::uint32_t i = 0; i < when.instants; ++i)
-            begin_row(when.time_s(i), s, states, i, least_samples);
+            begin_row(when.time_s(i), s, states, i, min_samples);
         join_instants({states.rows.data(), when.instants}, states.swept);
         states.request = request;
         states.time = when.row;
@@ -622,7 +622,7 @@ struct Renderer::Impl {
         if (level == QualityLevel::full) return how;
         how.target_error *= larger_error;
         if (settings.target_error == 0)
-            how.most_samples = std::max(1U, settings.samples_per_pixel / fewer_samples);
+            how.sample_limit = std::max(1U, settings.samples_per_pixel / fewer_samples);
         if (level < QualityLevel::grid) return how;
         how.grid_only = true;
         return how;
@@ -947,7 +947,7 @@ bool Renderer::Impl::fill_motion(const RenderRequest& request, const std::atomic
 
 bool Renderer::Impl::fill_motion(const RenderRequest& request, std::int32_t first, std::int32_t last,
                                  const std::atomic<bool>* cancel, const RowBlock& rows) const {
-    KeptLight::Impl& from = *request.from->impl_;
+    ReprojectionSource::Impl& from = *request.from->impl_;
     const KeptImage& image = from.windows[request.kept_window].image;
     MotionGrid& motion = from.windows[request.kept_window].motion;
     const std::int32_t top = kept_y(request, 0);
@@ -1003,7 +1003,7 @@ bool Renderer::Impl::fill_motion(const RenderRequest& request, std::int32_t firs
 void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level,
                                   std::size_t channels, const RowState& now, Scratch& s) const {
     s.add_sampled(0, request.window.width, request.window.width);
-    const KeptLight::Impl::Window& from = request.from->impl_->windows[request.kept_window];
+    const ReprojectionSource::Impl::Window& from = request.from->impl_->windows[request.kept_window];
     const KeptImage& image = from.image;
     const Region& area = image.area();
     const auto width = static_cast<std::size_t>(area.width);
@@ -1068,7 +1068,7 @@ void Renderer::Impl::bound_variance(const KeptImage& image, std::int32_t y, Qual
                 std::min(here, change.motion_px * std::max(std::abs(next - here), std::abs(here - before)));
         const auto pixel = static_cast<std::size_t>(x);
         if (moved && s.motion_of_row.filled[s.motion_of_row.first + pixel] != 0) error = here;
-        s.variance[pixel] = here > 0 ? std::max(error * error, least_variance) : 0;
+        s.variance[pixel] = here > 0 ? std::max(error * error, min_variance) : 0;
         before = here;
         here = next;
     }
@@ -1096,7 +1096,7 @@ bool Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, c
     if (!request.variance.empty()) {
         grid.variance(request.window.x, y, std::span(s.variance).first(width));
         for (std::size_t x = 0; x < width; ++x)
-            s.variance[x] = is_lit(s.light, x, width) ? std::max(s.variance[x], least_variance) : 0;
+            s.variance[x] = is_lit(s.light, x, width) ? std::max(s.variance[x], min_variance) : 0;
     }
     if (!request.samples.empty()) {
         const auto row = static_cast<std::size_t>(s.row);
@@ -1143,7 +1143,7 @@ bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic
     shared.time = times.front();
     Scratch& own = own_scratch(alone_scratch(request));
     const Exposure when = exposure(times.front(), own);
-    const std::uint32_t least_samples = least_samples_of(when);
+    const std::uint32_t min_samples = min_samples_of(when);
     const auto view = [&](const RowState& row, Scratch& s) {
         return PointView{request.window, request.window.y + request.first_row,
                          request.rows,   request.frame_id,
@@ -1151,7 +1151,7 @@ bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic
                          *s.lens,        s.candidates};
     };
     for (std::uint32_t i = 0; i < when.instants; ++i) {
-        const RowState& row = begin_row(when.time_s(i), own, 0, least_samples);
+        const RowState& row = begin_row(when.time_s(i), own, 0, min_samples);
         with_tracer(row, own, [&](const Tracer& tracer) {
             splatter.plan_points(view(row, own), i, when.instants, tracer, shared.jobs);
         });
@@ -1160,7 +1160,7 @@ bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic
     return for_rows(RenderPart::points, static_cast<std::int32_t>(shared.jobs.size()), rows_of(request),
                     cancel, [&](std::int32_t j, Scratch& s) {
                         const PointJob& job = shared.jobs[static_cast<std::size_t>(j)];
-                        const RowState& row = begin_row(when.time_s(job.instant), s, 0, least_samples);
+                        const RowState& row = begin_row(when.time_s(job.instant), s, 0, min_samples);
                         with_tracer(row, s, [&](Tracer& tracer) {
                             splatter.trace_points(view(row, s), job, tracer,
                                                   shared.done[static_cast<std::size_t>(j)]);
@@ -1290,7 +1290,7 @@ bool Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
     if (estimates) {
         double* const variance = row_from(s.variance, 0);
         for (int i = begin; i < end; ++i)
-            if (result.covered[i]) variance[i - begin] = std::max(result.variance[i], least_variance);
+            if (result.covered[i]) variance[i - begin] = std::max(result.variance[i], min_variance);
     }
     return true;
 }
@@ -1535,7 +1535,8 @@ std::size_t Renderer::band_count() const noexcept {
     return impl_->scene.bands.size();
 }
 
-KeptLight::KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows, std::size_t windows)
+ReprojectionSource::ReprojectionSource(const Renderer& renderer, std::int32_t width, std::int32_t rows,
+                                       std::size_t windows)
     : impl_(std::make_unique<Impl>(static_cast<std::size_t>(width), static_cast<std::size_t>(rows), windows,
                                    renderer.band_count(), renderer.impl_->bodies.size())) {}
 
@@ -1544,7 +1545,7 @@ Workspace::Workspace(const Renderer& renderer, std::int32_t width, std::int32_t 
     renderer.impl_->reserve(impl_->scratch, width);
     // Rehearse: all rows as they were, and those in the middle reprojected, with one time and with several.
     const std::int32_t few = std::min(rows, 2 * quality_group_rows);
-    KeptLight light(renderer, width, rows);
+    ReprojectionSource light(renderer, width, rows);
     const Region area{0, 0, width, rows};
     std::vector<RowTime> times(static_cast<std::size_t>(rows));
     std::vector<QualityLevel> levels(times.size());
@@ -1583,7 +1584,7 @@ Workspace::Workspace(const Renderer& renderer, std::int32_t width, std::int32_t 
     }
 }
 
-bool KeptLight::complete(const Renderer& renderer) const noexcept {
+bool ReprojectionSource::complete(const Renderer& renderer) const noexcept {
     const auto windows = std::span(impl_->windows).first(impl_->placed.size());
     return impl_->kept_by == renderer.impl_->number && !windows.empty() &&
            std::all_of(windows.begin(), windows.end(),
@@ -1592,7 +1593,7 @@ bool KeptLight::complete(const Renderer& renderer) const noexcept {
 
 bool Renderer::kept_motion_px(const RenderRequest& request, std::span<float> px,
                               const std::atomic<bool>* cancel) const {
-    const UnderWay counted(impl_->under_way);
+    const ActiveCallGuard counted(impl_->under_way);
     assert(px.size() == static_cast<std::size_t>(request.rows));
     RowBlock& rows = impl_->block_scratch.local();
     rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
@@ -1646,7 +1647,7 @@ std::vector<Renderer::TerrainTiles> Renderer::terrain_tiles() const {
 
 bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                       const std::atomic<bool>* cancel) const {
-    const UnderWay counted(impl_->under_way);
+    const ActiveCallGuard counted(impl_->under_way);
     assert(request.plane_rows > 0 || irradiance.size() == band_count() *
                                                               static_cast<std::size_t>(request.rows) *
                                                               static_cast<std::size_t>(request.window.width));
@@ -1675,12 +1676,12 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
         }
     }
     if (request.keep != nullptr) {
-        KeptLight::Impl& keep = *request.keep->impl_;
+        ReprojectionSource::Impl& keep = *request.keep->impl_;
         assert(request.kept_window < keep.placed.size() &&
                keep.placed[request.kept_window].area.x == request.window.x &&
                keep.placed[request.kept_window].area.width == request.window.width);
         if (std::exchange(keep.kept_by, impl_->number) == 0)
-            for (KeptLight::Impl::Window& window : std::span(keep.windows).first(keep.placed.size()))
+            for (ReprojectionSource::Impl::Window& window : std::span(keep.windows).first(keep.placed.size()))
                 window.image.begin(impl_->plain ? 1 : band_count(), impl_->bodies.size(),
                                    request.common_mid.has_value());
     }

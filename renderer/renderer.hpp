@@ -126,13 +126,14 @@ private:
 /// (renderer/reprojection/). Holds neither stars nor sub-pixel bodies, which are drawn at their own times.
 /// Thread-bound but for what render() does with it; real-time safe after construction for areas of that size
 /// and scenes with as many bodies.
-class KeptLight {
+class ReprojectionSource {
 public:
     /// For at most so many windows of such a renderer, `width` pixels wide and of `rows` rows in all.
-    KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows, std::size_t windows = 1);
-    ~KeptLight();
-    KeptLight(const KeptLight&) = delete;
-    KeptLight& operator=(const KeptLight&) = delete;
+    ReprojectionSource(const Renderer& renderer, std::int32_t width, std::int32_t rows,
+                       std::size_t windows = 1);
+    ~ReprojectionSource();
+    ReprojectionSource(const ReprojectionSource&) = delete;
+    ReprojectionSource& operator=(const ReprojectionSource&) = delete;
     /// Forgets the light: rows of these windows are kept from now on (RenderRequest::keep). False if they
     /// need more room, or one has too few lines of a push-broom sensor.
     bool begin_frame(std::span<const KeptWindow> windows) noexcept;
@@ -200,9 +201,9 @@ struct RenderRequest {
     std::int32_t plane_rows = 0;
     FrameSamples* kept = nullptr;
     RowGate* gate = nullptr;
-    KeptLight* keep = nullptr; ///< keeps the light of the rows; its area is as wide as the window
+    ReprojectionSource* keep = nullptr; ///< keeps the light of the rows; its area is as wide as the window
     /// For rows at QualityLevel::reprojected and repeated: a frame of the same columns, complete().
-    KeptLight* from = nullptr;
+    ReprojectionSource* from = nullptr;
     std::size_t kept_window = 0; ///< of those
     /// Push-broom: all rows are the first row of the window, which is one row high, and are the lines from
     /// this one on of those in `frame_times`.
@@ -306,7 +307,7 @@ public:
     [[nodiscard]] RenderWork work() const noexcept;
 
 private:
-    friend class KeptLight;
+    friend class ReprojectionSource;
     friend class Workspace;
     struct Impl;
     std::unique_ptr<Impl> impl_;

@@ -85,7 +85,7 @@ double model_snr(const LinearModel& m, double photons, const Nonuniformity& patt
 
 DarkNoise dark_noise(double variance_dn2, double gain_dn_per_e) {
     DarkNoise noise;
-    noise.upper_limit = !(variance_dn2 >= least_variance_dn2);
+    noise.upper_limit = !(variance_dn2 >= min_variance_dn2);
     noise.dn = noise.upper_limit ? limit_of_noise_dn : std::sqrt(variance_dn2);
     noise.electrons = std::sqrt(noise.dn * noise.dn - quantisation_variance) / gain_dn_per_e;
     return noise;
@@ -116,7 +116,7 @@ LinearModel evaluate(std::span<const Level> levels, Method method, double dark_v
             ps += l.photons * s;
             largest = std::max(largest, l.bright.variance);
         }
-        if (pp > 0 && largest < least_variance_dn2)
+        if (pp > 0 && largest < min_variance_dn2)
             throw std::invalid_argument(
                 "K cannot be determined: the temporal variance is below 0.24 DN^2, where quantisation hides "
                 "it, at all levels up to 70 % of saturation");

@@ -28,7 +28,7 @@ struct Level {
 
 /// Least variance from which temporal noise can be told from quantisation noise, DN^2 (release 3.1,
 /// section 6.6).
-constexpr double least_variance_dn2 = 0.24;
+constexpr double min_variance_dn2 = 0.24;
 /// Standard deviation that takes the place of a smaller measured one, DN: an upper limit (ibid.).
 constexpr double limit_of_noise_dn = 0.49;
 
@@ -36,7 +36,7 @@ constexpr double limit_of_noise_dn = 0.49;
 struct DarkNoise {
     double dn = 0;
     double electrons = 0;
-    /// Both are upper limits, 0.49 DN and 0.40 DN / K: the variance is below least_variance_dn2.
+    /// Both are upper limits, 0.49 DN and 0.40 DN / K: the variance is below min_variance_dn2.
     bool upper_limit = false;
 };
 /// Dark noise from the temporal variance of dark images, in DN^2. With a gain of 1 `electrons` is in DN.

@@ -16,8 +16,8 @@
 namespace obscura::sensors {
 namespace {
 
-constexpr std::int64_t longest_exposure_ns = 1'000'000 * ns_per_s;
-constexpr std::int64_t longest_row_ns = 10 * ns_per_s;
+constexpr std::int64_t max_exposure_ns = 1'000'000 * ns_per_s;
+constexpr std::int64_t max_row_ns = 10 * ns_per_s;
 
 std::string refuse(const ReadoutSettings& s) {
     if (s.width < 1 || s.height < 1 || s.width > 65536 || s.height > 65536)
@@ -27,12 +27,12 @@ std::string refuse(const ReadoutSettings& s) {
     if (s.outputs < 1 || s.outputs > 65536)
         return fmt::format("readout.outputs: {}, 1 to 65536 are allowed", s.outputs);
     if (s.sample_instant_ns < 0 || s.sample_instant_ns >= s.reset_instant_ns ||
-        s.reset_instant_ns >= s.row_overhead_ns || s.row_overhead_ns > longest_row_ns)
+        s.reset_instant_ns >= s.row_overhead_ns || s.row_overhead_ns > max_row_ns)
         return fmt::format("readout.sample_instant_ns ({}), reset_instant_ns ({}) and row_overhead_ns ({}): "
                            "0 <= sample < reset < overhead <= 10 s is allowed",
                            s.sample_instant_ns, s.reset_instant_ns, s.row_overhead_ns);
-    if (s.frame_overhead_ns < 0 || s.window_overhead_ns < 0 || s.frame_overhead_ns > longest_row_ns ||
-        s.window_overhead_ns > longest_row_ns)
+    if (s.frame_overhead_ns < 0 || s.window_overhead_ns < 0 || s.frame_overhead_ns > max_row_ns ||
+        s.window_overhead_ns > max_row_ns)
         return fmt::format(
             "readout.frame_overhead_ns ({}) and window_overhead_ns ({}): 0 to 10 s are allowed",
             s.frame_overhead_ns, s.window_overhead_ns);
@@ -84,9 +84,9 @@ std::string normalise(const ReadoutSettings& s, std::size_t index, WindowRequest
             return fmt::format("window {}: nothing of it lies on the {}x{} array", index, s.width, s.height);
         flags |= window_cropped;
     }
-    if (request.exposure_ns <= 0 || request.exposure_ns > longest_exposure_ns)
+    if (request.exposure_ns <= 0 || request.exposure_ns > max_exposure_ns)
         return fmt::format("window {}: ExposureTime: {} ns, above 0 and at most {} ns is allowed", index,
-                           request.exposure_ns, longest_exposure_ns);
+                           request.exposure_ns, max_exposure_ns);
     const bool several = request.sampling == Sampling::cds || request.sampling == Sampling::ramp;
     const std::int32_t least = several ? 2 : 1;
     const std::int32_t most = request.sampling == Sampling::destructive ? 1 : 64;
@@ -131,7 +131,7 @@ public:
         std::int64_t blanking = s.blanking_rows;
         if (s.stretch_blanking)
             for (const WindowRequest& w : windows)
-                blanking = std::max(blanking, ceil_div(shortest_cycle_ns(w) - reads_ns, idle_ns));
+                blanking = std::max(blanking, ceil_div(min_cycle_ns(w) - reads_ns, idle_ns));
         for (const WindowRequest& w : windows)
             slots_.append(w.region.height, row_slot_ns(s, w.region.width), s.window_overhead_ns);
         slots_.append(blanking, idle_ns, 0);
@@ -148,7 +148,7 @@ public:
     }
 
     /// Longest integration time of window w.
-    [[nodiscard]] std::int64_t longest_ns(const WindowRequest& w) const {
+    [[nodiscard]] std::int64_t max_exposure_ns(const WindowRequest& w) const {
         if (w.reads > 1) return (w.reads - 1) * slots_.cycle_ns();
         if (!repeats(w)) return std::numeric_limits<std::int64_t>::max();
         return (destructive(w) ? 1 : cycles_) * slots_.cycle_ns() - reset_to_sample_ns();
@@ -182,7 +182,7 @@ private:
         return steady_ || (destructive(w) && cycles_ > 1);
     }
 
-    [[nodiscard]] std::int64_t shortest_cycle_ns(const WindowRequest& w) const {
+    [[nodiscard]] std::int64_t min_cycle_ns(const WindowRequest& w) const {
         if (w.reads > 1) return ceil_div(w.exposure_ns, w.reads - 1);
         if (!repeats(w)) return 0;
         return ceil_div(w.exposure_ns + reset_to_sample_ns(), destructive(w) ? 1 : cycles_);
@@ -194,7 +194,7 @@ private:
         const std::int64_t cycle = slots_.cycle_ns();
         const std::int64_t read = sample_ns(v, row, first_cycle(w));
         // Several reads start from a reset one slot before the first of them.
-        const std::int64_t wanted = w.reads > 1 ? 1 : std::min(w.exposure_ns, longest_ns(w));
+        const std::int64_t wanted = w.reads > 1 ? 1 : std::min(w.exposure_ns, max_exposure_ns(w));
         const auto before = [&](std::int64_t t) {
             return slots_.latest_at_or_before(t - wanted - settings_.reset_instant_ns) +
                    settings_.reset_instant_ns;
@@ -239,7 +239,7 @@ void append_window(const ReadoutSettings& s, std::span<const WindowRequest> wind
     window.reads = request.reads;
     window.read_index = static_cast<std::int32_t>(cycle - first_cycle);
     window.read_spacing_ns = request.reads > 1 ? cycles.slots().cycle_ns() : 0;
-    if (wanted > cycles.longest_ns(request)) window.flags |= exposure_clamped_down;
+    if (wanted > cycles.max_exposure_ns(request)) window.flags |= exposure_clamped_down;
     if (request.reads == 1 && wanted < row_slot_ns(s, region.width) - reset_to_sample)
         window.flags |= exposure_clamped_up;
 
@@ -332,7 +332,7 @@ void plan_common_exposure(const ReadoutSettings& s, std::span<const WindowReques
     // All windows have the exposure of the first one.
     const std::int64_t step = s.exposure_step_ns;
     const std::int64_t longest =
-        lines ? line_ns - (s.reset_instant_ns - s.sample_instant_ns) : longest_exposure_ns + step;
+        lines ? line_ns - (s.reset_instant_ns - s.sample_instant_ns) : max_exposure_ns + step;
     std::int64_t exposure = ceil_div(windows[0].exposure_ns, step) * step;
     if (exposure > longest) exposure = std::max(longest / step, std::int64_t{1}) * step;
 

@@ -31,10 +31,10 @@ using service::Failure;
 using service::FailureCode;
 
 /// Rows that are rendered at a time, at least: progress is reported between them.
-constexpr std::int32_t least_rows = 16;
+constexpr std::int32_t min_rows = 16;
 /// Twice as many follow where they took less than this, up to this part of the picture.
 constexpr std::chrono::milliseconds quick{20};
-constexpr std::int32_t least_blocks = 16;
+constexpr std::int32_t min_blocks = 16;
 
 /// Lowers the priority of the calling thread, for good: what renders gives way to the thread that answers all
 /// clients.
@@ -140,7 +140,7 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
     std::uint32_t run = 0;
     service::Codec codec = service::Codec::none;
     json layers, sensor;
-    std::uint32_t most_samples = 65536;
+    std::uint32_t max_request_samples = 65536;
 
     service::Fields fields() {
         constexpr const Setting& gain = setting("Gain");
@@ -169,14 +169,14 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
                  .help("Column and row of the upper left corner, width and height of the only part that is "
                        "rendered; all 0: the whole picture"),
              config::key("samples", &settings.samples_per_pixel)
-                 .range(1, most_samples)
+                 .range(1, max_request_samples)
                  .help("Samples per pixel, taken where a body may cover the pixel"),
              config::key("error", &settings.target_error)
                  .range(0, 1)
                  .help("Adaptive sampling: relative standard error of a pixel to sample to; 0: samples "
                        "everywhere"),
              config::key("max_samples", &settings.max_samples_per_pixel)
-                 .range(1, most_samples)
+                 .range(1, max_request_samples)
                  .help("Largest number of samples per pixel, with error"),
              config::key("bounces", &settings.max_bounces)
                  .range(0, 1000)
@@ -297,8 +297,8 @@ struct RenderCall::Rows {
     void each_block(service::Work& work, const Render& render) const {
         using Clock = std::chrono::steady_clock;
         Clock::time_point begun = Clock::now();
-        const std::int32_t most_rows = std::max(least_rows, window.height / least_blocks);
-        for (std::int32_t y = 0, rows = least_rows; y < window.height;) {
+        const std::int32_t max_chunk_rows = std::max(min_rows, window.height / min_blocks);
+        for (std::int32_t y = 0, rows = min_rows; y < window.height;) {
             work.progress(done + static_cast<std::uint64_t>(y), total);
             renderer::RenderRequest request;
             request.window = window;
@@ -311,7 +311,7 @@ struct RenderCall::Rows {
             if (work.cancelled() || !render(request)) throw service::cancelled();
             y += request.rows;
             const Clock::time_point now = Clock::now();
-            rows = now - std::exchange(begun, now) < quick ? std::min(2 * rows, most_rows) : least_rows;
+            rows = now - std::exchange(begun, now) < quick ? std::min(2 * rows, max_chunk_rows) : min_rows;
         }
     }
 };

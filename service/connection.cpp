@@ -21,12 +21,12 @@ using nlohmann::json;
 
 /// Bytes that are received of one client, and sent to it, before the others have their turn. Small messages
 /// come in smaller pieces: each of them costs more than its bytes.
-constexpr std::size_t most_at_once = 1 << 16, few_at_once = 1 << 13, most_sent_at_once = 1 << 18;
+constexpr std::size_t max_batch = 1 << 16, few_at_once = 1 << 13, max_sent_batch = 1 << 18;
 /// Heads beyond this are read on the connection's own thread: a MiB takes some 50 ms, for which other clients
 /// would wait.
-constexpr std::size_t most_read_here = 1 << 12;
+constexpr std::size_t max_local_read_bytes = 1 << 12;
 /// Messages that a client may leave unread before nothing more is read of it.
-constexpr std::size_t most_unread = 256;
+constexpr std::size_t max_unread = 256;
 /// Shortest time between two progress events.
 constexpr std::chrono::milliseconds progress_period{200};
 
@@ -48,7 +48,7 @@ Connection::~Connection() {
 short Connection::events() const {
     const std::lock_guard lock(mutex_);
     int events = POLLRDHUP;
-    if (outbox_.size() < most_unread && !held_) events |= POLLIN;
+    if (outbox_.size() < max_unread && !held_) events |= POLLIN;
     if (!outbox_.empty() && !shut_) events |= POLLOUT;
     return static_cast<short>(events);
 }
@@ -96,7 +96,7 @@ void Connection::look_at(Clock::time_point now) {
 
 void Connection::receive() {
     const std::size_t before = input_.size();
-    const std::size_t room = before < most_read_here ? few_at_once : most_at_once;
+    const std::size_t room = before < max_local_read_bytes ? few_at_once : max_batch;
     input_.resize(before + room);
     const ssize_t bytes = ::recv(socket_.get(), input_.data() + before, room, MSG_DONTWAIT);
     input_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(bytes, 0)));
@@ -114,7 +114,7 @@ void Connection::take_messages() {
             const std::string_view rest = std::string_view(input_).substr(at);
             const Frame frame = read_frame(rest, limits_);
             const std::size_t bytes = Frame::bytes + frame.head_bytes + frame.body_bytes;
-            if (frame.head_bytes > most_read_here && !greeted_)
+            if (frame.head_bytes > max_local_read_bytes && !greeted_)
                 throw Failure(FailureCode::no_hello, "the first request of a connection is hello");
             if (rest.size() < bytes) break;
             if (frame.kind != MessageKind::request)
@@ -128,7 +128,7 @@ void Connection::take_messages() {
     }
     if (ends_) return;
     input_.erase(0, at);
-    if (input_.capacity() > 4 * most_at_once && input_.size() < most_at_once) input_.shrink_to_fit();
+    if (input_.capacity() > 4 * max_batch && input_.size() < max_batch) input_.shrink_to_fit();
     if (input_.empty())
         begun_.reset();
     else if (!begun_)
@@ -137,7 +137,7 @@ void Connection::take_messages() {
 
 void Connection::take_request(std::uint32_t id, std::string text) {
     answer_failure(id, [&] {
-        if (text.size() > most_read_here) return enqueue(id, std::move(text), {});
+        if (text.size() > max_local_read_bytes) return enqueue(id, std::move(text), {});
         json request = read_head(text, limits_);
         const std::string& name = name_of_call(request);
         const auto own =
@@ -198,7 +198,7 @@ void Connection::send() {
     bool left = false, all = false;
     {
         const std::lock_guard lock(mutex_);
-        left = outbox_.send(socket_.get(), most_sent_at_once);
+        left = outbox_.send(socket_.get(), max_sent_batch);
         all = outbox_.empty();
     }
     if (left) changed_.notify_all();
@@ -222,7 +222,7 @@ void Connection::hang_up() {
 void Connection::end_with(std::uint32_t id, const Failure& failure) {
     (void)cancel(0);
     queue(error_message(id, failure));
-    ends_ = Clock::now() + farewell;
+    ends_ = Clock::now() + linger_timeout;
     input_.clear();
     begun_.reset();
 }

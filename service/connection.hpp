@@ -68,7 +68,7 @@ private:
         bool ended = false;
     };
     /// Time that a client has to read the last message and to end the connection.
-    static constexpr std::chrono::seconds farewell{1};
+    static constexpr std::chrono::seconds linger_timeout{1};
 
     // Server's thread
 
@@ -120,7 +120,7 @@ private:
     void await_credit(Job& job);
     void push(Job& job, Answer frame);
     /// Waits for the threads of streams that have ended, or of all.
-    void bury_streams(std::unique_lock<std::mutex>& lock, bool all);
+    void reap_streams(std::unique_lock<std::mutex>& lock, bool all);
     /// Frees what has been sent, without the lock.
     void free_sent(std::unique_lock<std::mutex>& lock);
     /// Calls `use` with each job that has not been answered. With the mutex.

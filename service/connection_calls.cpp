@@ -223,7 +223,7 @@ Calls Connection::own_calls(Connection* self) {
                           "Ends the connection; what is in progress or waits is cancelled.",
                           [self](const NoArguments&, Work& /*work*/) {
                               (void)self->cancel(0);
-                              self->ends_ = Clock::now() + farewell;
+                              self->ends_ = Clock::now() + linger_timeout;
                               return Answer{};
                           }),
     };

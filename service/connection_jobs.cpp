@@ -79,7 +79,7 @@ void Connection::run_jobs() {
         changed_.wait(lock,
                       [&] { return ending_ || !waiting_.empty() || outbox_.has_sent() || stream_ended(); });
         free_sent(lock);
-        bury_streams(lock, false);
+        reap_streams(lock, false);
         if (ending_) break;
         if (waiting_.empty()) continue;
         std::shared_ptr<Job> job = std::move(waiting_.front());
@@ -103,7 +103,7 @@ void Connection::run_jobs() {
     }
     // What takes long to free is freed here: neither on the server's thread nor with the lock.
     std::deque<std::shared_ptr<Job>> given_up = std::exchange(waiting_, {});
-    bury_streams(lock, true);
+    reap_streams(lock, true);
     free_sent(lock);
     lock.unlock();
     given_up.clear();
@@ -186,7 +186,7 @@ void Connection::run_stream(Stream& stream) {
     wake_();
 }
 
-void Connection::bury_streams(std::unique_lock<std::mutex>& lock, bool all) {
+void Connection::reap_streams(std::unique_lock<std::mutex>& lock, bool all) {
     for (auto stream = streams_.begin(); stream != streams_.end();) {
         if (!all && !stream->ended) {
             ++stream;

@@ -36,8 +36,8 @@ std::vector<iovec> parts_of(const Outgoing& message, std::size_t sent, std::size
         add(bytes);
         offset += between + bytes.size();
     }
-    constexpr std::size_t most_parts = 64;
-    parts.resize(std::min(parts.size(), most_parts));
+    constexpr std::size_t max_parts = 64;
+    parts.resize(std::min(parts.size(), max_parts));
     return parts;
 }
 

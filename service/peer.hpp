@@ -39,7 +39,7 @@ public:
 };
 
 /// Listening endpoint: a socket and the protocol spoken there.
-struct Door {
+struct ListeningEndpoint {
     Listener listener;
     /// Makes the connection of a client; `wake` may be called on any thread, to have events() asked again.
     std::function<std::unique_ptr<Peer>(FileDescriptor socket, std::function<void()> wake)> open;

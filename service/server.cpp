@@ -20,11 +20,11 @@
 namespace obscura::service {
 namespace {
 
-constexpr int look_period_ms = 200;
+constexpr int poll_interval_ms = 200;
 /// While calls of connections that have ended go on: these count as clients.
-constexpr int bury_period_ms = 5;
+constexpr int reap_interval_ms = 5;
 /// Clients that are accepted before those that are connected have their turn.
-constexpr int most_accepted = 4;
+constexpr int max_accepted = 4;
 /// Where no client can be accepted, its connection waits on: poll() would tell of it again and again.
 constexpr std::chrono::milliseconds accept_pause{200};
 
@@ -36,8 +36,8 @@ Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners
       tokens_(std::move(tokens)),
       admin_group_(admin_group),
       context_{limits_, host, memory_, listeners.empty() ? std::string() : Connection::api_of(host)},
-      bell_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-    if (!bell_) throw HardwareError(fmt::format("eventfd: {}", std::strerror(errno)));
+      wakeup_fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    if (!wakeup_fd_) throw HardwareError(fmt::format("eventfd: {}", std::strerror(errno)));
     const Outgoing refusal =
         make_message(MessageKind::error, 0,
                      {{"code", name_of(FailureCode::busy)},
@@ -63,55 +63,55 @@ Server::~Server() {
 void Server::run(const std::function<bool()>& stopped) {
     std::vector<pollfd> polled;
     while (!stopped()) {
-        polled.assign(1, {bell_.get(), POLLIN, 0});
+        polled.assign(1, {wakeup_fd_.get(), POLLIN, 0});
         const bool accepts = Peer::Clock::now() >= accept_from_;
-        for (const Door& door : doors_)
-            polled.push_back({accepts ? door.listener.socket() : -1, POLLIN, 0});
+        for (const ListeningEndpoint& endpoint : endpoints_)
+            polled.push_back({accepts ? endpoint.listener.socket() : -1, POLLIN, 0});
         for (const std::unique_ptr<Peer>& connection : connections_) {
             const short events = connection->events();
             polled.push_back({events == 0 ? -1 : connection->socket(), events, 0});
         }
-        const int wait_ms = gone_.empty() ? look_period_ms : bury_period_ms;
+        const int wait_ms = closed_.empty() ? poll_interval_ms : reap_interval_ms;
         if (::poll(polled.data(), polled.size(), wait_ms) < 0) {
             if (errno == EINTR) continue;
             throw HardwareError(fmt::format("poll: {}", std::strerror(errno)));
         }
-        std::uint64_t rings = 0;
-        if (polled[0].revents != 0 && ::read(bell_.get(), &rings, sizeof rings) < 0) rings = 0;
+        std::uint64_t wakeups = 0;
+        if (polled[0].revents != 0 && ::read(wakeup_fd_.get(), &wakeups, sizeof wakeups) < 0) wakeups = 0;
         // New connections stand behind those that were polled.
-        const std::size_t first = 1 + doors_.size();
+        const std::size_t first = 1 + endpoints_.size();
         for (std::size_t i = first; i < polled.size(); ++i)
             connections_[i - first]->serve(polled[i].revents);
         const auto now = Peer::Clock::now();
         for (const std::unique_ptr<Peer>& connection : connections_)
             if (!connection->gone()) connection->look_at(now);
-        for (std::size_t i = 0; i < doors_.size(); ++i)
-            if (polled[1 + i].revents != 0 && !accept(doors_[i])) accept_from_ = now + accept_pause;
-        bury();
+        for (std::size_t i = 0; i < endpoints_.size(); ++i)
+            if (polled[1 + i].revents != 0 && !accept(endpoints_[i])) accept_from_ = now + accept_pause;
+        reap_closed_connections();
     }
 }
 
-bool Server::accept(const Door& door) {
-    for (int i = 0; i < most_accepted; ++i) {
-        FileDescriptor client = door.listener.accept();
+bool Server::accept(const ListeningEndpoint& endpoint) {
+    for (int i = 0; i < max_accepted; ++i) {
+        FileDescriptor client = endpoint.listener.accept();
         if (!client) return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
-        if (connections_.size() + gone_.size() < limits_.clients) {
-            open(door, std::move(client));
+        if (connections_.size() + closed_.size() < limits_.clients) {
+            open(endpoint, std::move(client));
             continue;
         }
         // The buffer of a new connection has room for it.
-        [[maybe_unused]] const ssize_t bytes =
-            ::send(client.get(), door.refusal.data(), door.refusal.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        [[maybe_unused]] const ssize_t bytes = ::send(client.get(), endpoint.refusal.data(),
+                                                      endpoint.refusal.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     }
     return true;
 }
 
-void Server::open(const Door& door, FileDescriptor client) {
+void Server::open(const ListeningEndpoint& endpoint, FileDescriptor client) {
     try {
-        connections_.push_back(door.open(std::move(client), [this] {
+        connections_.push_back(endpoint.open(std::move(client), [this] {
             const std::uint64_t one = 1;
             // It fails only where it has rung so often that it need not.
-            [[maybe_unused]] const ssize_t bytes = ::write(bell_.get(), &one, sizeof one);
+            [[maybe_unused]] const ssize_t bytes = ::write(wakeup_fd_.get(), &one, sizeof one);
         }));
     } catch (const std::exception&) { // no memory, or no thread: the others go on
     }
@@ -123,13 +123,13 @@ Access Server::access_of(bool is_unix, int client) {
     return {{}, &tokens_, false, address_of_peer(client)};
 }
 
-void Server::bury() {
+void Server::reap_closed_connections() {
     const auto split =
         std::stable_partition(connections_.begin(), connections_.end(),
                               [](const std::unique_ptr<Peer>& connection) { return !connection->gone(); });
-    std::move(split, connections_.end(), std::back_inserter(gone_));
+    std::move(split, connections_.end(), std::back_inserter(closed_));
     connections_.erase(split, connections_.end());
-    std::erase_if(gone_, [](const std::unique_ptr<Peer>& connection) { return connection->at_rest(); });
+    std::erase_if(closed_, [](const std::unique_ptr<Peer>& connection) { return connection->at_rest(); });
 }
 
 } // namespace obscura::service

@@ -33,7 +33,7 @@ public:
     Server& operator=(const Server&) = delete;
 
     /// One more way in, before run(); its clients count as all others.
-    void add(Door door) { doors_.push_back(std::move(door)); }
+    void add(ListeningEndpoint endpoint) { endpoints_.push_back(std::move(endpoint)); }
     /// What all clients hold together.
     [[nodiscard]] MemoryAccount& memory() noexcept { return memory_; }
     /// Serves until `stopped` returns true, which is asked five times a second and after each signal.
@@ -41,21 +41,21 @@ public:
 
 private:
     /// False: there was no descriptor, or no memory, for a client that waits.
-    [[nodiscard]] bool accept(const Door& door);
-    void open(const Door& door, FileDescriptor client);
+    [[nodiscard]] bool accept(const ListeningEndpoint& endpoint);
+    void open(const ListeningEndpoint& endpoint, FileDescriptor client);
     [[nodiscard]] Access access_of(bool is_unix, int client);
-    void bury();
+    void reap_closed_connections();
 
     const Limits limits_;
-    std::vector<Door> doors_;
+    std::vector<ListeningEndpoint> endpoints_;
     Tokens tokens_;
     const std::optional<gid_t> admin_group_;
     MemoryAccount memory_{limits_.memory_bytes};
     const ConnectionContext context_;
-    FileDescriptor bell_; ///< eventfd: a connection has something to send
+    FileDescriptor wakeup_fd_; ///< eventfd: a connection has something to send
     std::vector<std::unique_ptr<Peer>> connections_;
-    std::vector<std::unique_ptr<Peer>> gone_; ///< their calls have not ended yet
-    Peer::Clock::time_point accept_from_{};   ///< until then no client is accepted: none could be
+    std::vector<std::unique_ptr<Peer>> closed_; ///< their calls have not ended yet
+    Peer::Clock::time_point accept_from_{};     ///< until then no client is accepted: none could be
 };
 
 } // namespace obscura::service

@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t tries_without_delay = 3;
 constexpr std::chrono::minutes tries_count_for{1};
 constexpr std::chrono::seconds later{1};
-constexpr std::size_t most_addresses = 1000;
+constexpr std::size_t max_addresses = 1000;
 constexpr mode_t allowed_mode = 0640;
 
 Token random_token() {
@@ -98,10 +98,10 @@ std::optional<Permission> Tokens::permission_of(std::string_view challenge, std:
 }
 
 void Tokens::count_wrong(const std::string& peer, Clock::time_point now) {
-    if (wrong_.size() >= most_addresses)
+    if (wrong_.size() >= max_addresses)
         std::erase_if(wrong_, [now](const auto& row) { return now - row.second.back() >= tries_count_for; });
     // An address is forgotten rather than memory taken without end.
-    if (wrong_.size() >= most_addresses && !wrong_.contains(peer)) wrong_.erase(wrong_.begin());
+    if (wrong_.size() >= max_addresses && !wrong_.contains(peer)) wrong_.erase(wrong_.begin());
     std::vector<Clock::time_point>& times = wrong_[peer];
     if (times.size() == tries_without_delay) times.erase(times.begin());
     times.push_back(now);

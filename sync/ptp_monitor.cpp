@@ -143,9 +143,9 @@ void PtpMonitor::loop() {
         status_ = now;
         // Wait in steps, with a heartbeat before each.
         for (std::int64_t left_ns = settings_.poll_ns; left_ns > 0 && !quit_;
-             left_ns -= Heartbeat::longest_wait_ns) {
+             left_ns -= Heartbeat::max_wait_ns) {
             heartbeat_.beat();
-            wake_.wait_for(lock, std::chrono::nanoseconds(std::min(left_ns, Heartbeat::longest_wait_ns)),
+            wake_.wait_for(lock, std::chrono::nanoseconds(std::min(left_ns, Heartbeat::max_wait_ns)),
                            [this] { return quit_; });
         }
     }
@@ -158,7 +158,7 @@ bool PtpMonitor::poll_once(PtpStatus& status) {
     for (const PtpDataSet set : ptp_data_sets) {
         if (!socket.send_all(ptp_get(set, settings_.domain, ++sequence_))) return false;
         heartbeat_.beat();
-        const auto deadline = SteadyClock::now() + std::chrono::nanoseconds(settings_.patience_ns);
+        const auto deadline = SteadyClock::now() + std::chrono::nanoseconds(settings_.answer_timeout_ns);
         bool taken = false;
         while (!taken) {
             const auto answer = socket.receive(deadline);

@@ -17,9 +17,9 @@ namespace obscura::sync {
 struct PtpMonitorSettings {
     std::string socket; ///< ptp4l's uds_address
     std::uint8_t domain = 0;
-    std::int64_t lock_ns = 10'000;          ///< a slave is locked when its offset is at most this
-    std::int64_t poll_ns = 1'000'000'000;   ///< interval between rounds of requests
-    std::int64_t patience_ns = 200'000'000; ///< timeout of each response
+    std::int64_t lock_ns = 10'000;                ///< a slave is locked when its offset is at most this
+    std::int64_t poll_ns = 1'000'000'000;         ///< interval between rounds of requests
+    std::int64_t answer_timeout_ns = 200'000'000; ///< timeout of each response
 };
 
 /// A thread that queries ptp4l's management socket. ptp4l may stop and restart; while it is absent `state` is

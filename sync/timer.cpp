@@ -42,7 +42,7 @@ void TimerTrigger::run(TriggerSink& sink, const Schedule& schedule) noexcept {
         heartbeat_.beat();
         // Sleep in steps with a heartbeat each, so that the watchdog does not take a long wait for a hang.
         const Time slot = schedule.slot(k);
-        if (!clock_->sleep_until(std::min(slot, clock_->now() + Heartbeat::longest_wait_ns))) continue;
+        if (!clock_->sleep_until(std::min(slot, clock_->now() + Heartbeat::max_wait_ns))) continue;
         const Time now = clock_->now();
         if (now < slot) continue;
         const std::uint64_t next = schedule.first_slot_from(now + 1);

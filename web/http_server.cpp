@@ -38,7 +38,7 @@ using ErrorCode = beast::error_code;
 
 constexpr std::chrono::milliseconds stream_period{200};
 constexpr std::chrono::seconds stream_silence{15}; ///< after which a comment shows that the server lives
-constexpr std::size_t most_events_at_once = 64;
+constexpr std::size_t max_event_batch = 64;
 
 constexpr std::array<std::pair<const char*, const char*>, 6> headers_of_all{{
     {"Content-Security-Policy",
@@ -163,7 +163,7 @@ private:
         // Nothing else is wrong with a request that only lacks its upgrade.
         if (response.status == 426 && is_live_upgrade(message) && buffer_.size() == 0 &&
             shared_.live.pictures) {
-            if (shared_.live.viewers < LiveServices::most_viewers) {
+            if (shared_.live.viewers < LiveServices::max_viewers) {
                 shared_.figures.answered(route_, 101);
                 begin_live_session(std::move(stream_), message, address_, shared_.live, shared_from_this());
                 return;
@@ -209,8 +209,7 @@ private:
         }
         if ((response.stream_after || pictures) && !head) {
             if (shared_.streams >= shared_.limits.streams ||
-                (pictures &&
-                 (!shared_.live.pictures || shared_.live.viewers >= LiveServices::most_viewers))) {
+                (pictures && (!shared_.live.pictures || shared_.live.viewers >= LiveServices::max_viewers))) {
                 response = problem(503, "too-many-streams", "too many streams");
             } else {
                 begin_stream(response, version);
@@ -278,7 +277,7 @@ private:
 
     /// Sends the events that have come, or looks again in a while.
     void go_on() {
-        for (const WatchedEvent& event : shared_.watch.events(after_, most_events_at_once)) {
+        for (const WatchedEvent& event : shared_.watch.events(after_, max_event_batch)) {
             if (after_ > 0 && event.id != after_ + 1) text_ += Routes::lost_text(after_, event.id);
             text_ += Routes::event_text(event, shared_.watch.run());
             after_ = event.id;
@@ -370,8 +369,8 @@ public:
 
     [[nodiscard]] std::vector<std::uint16_t> ports() const {
         std::vector<std::uint16_t> all;
-        for (const Door& door : doors_)
-            all.push_back(door.acceptor.local_endpoint().port());
+        for (const PausableAcceptor& listening : acceptors_)
+            all.push_back(listening.acceptor.local_endpoint().port());
         return all;
     }
 
@@ -383,8 +382,8 @@ public:
         shared_->live.refusal = [&routes](std::string_view token, const std::string& address) {
             return routes.token_refusal(token, address);
         };
-        for (Door& door : doors_)
-            accept(door);
+        for (PausableAcceptor& listening : acceptors_)
+            accept(listening);
         look(stopped);
         io_.run();
     }
@@ -393,15 +392,15 @@ public:
 
 private:
     /// An address where it listens.
-    struct Door {
-        explicit Door(asio::io_context& io) : acceptor(io), pause(io) {}
+    struct PausableAcceptor {
+        explicit PausableAcceptor(asio::io_context& io) : acceptor(io), pause(io) {}
         tcp::acceptor acceptor;
         asio::steady_timer pause;
     };
 
     void listen(const std::string& address) {
         const tcp::endpoint endpoint = endpoint_of(address);
-        tcp::acceptor& acceptor = doors_.emplace_back(io_).acceptor;
+        tcp::acceptor& acceptor = acceptors_.emplace_back(io_).acceptor;
         ErrorCode error;
         const auto refuse = [&] {
             if (error) throw HardwareError(fmt::format("{}: {}", address, error.message()));
@@ -416,24 +415,24 @@ private:
         refuse();
     }
 
-    void accept(Door& door) {
-        door.acceptor.async_accept([this, &door](ErrorCode error, tcp::socket socket) {
+    void accept(PausableAcceptor& listening) {
+        listening.acceptor.async_accept([this, &listening](ErrorCode error, tcp::socket socket) {
             if (error == asio::error::operation_aborted) return;
             if (error) {
-                accept_later(door);
+                accept_later(listening);
                 return;
             }
             take(std::move(socket));
-            accept(door);
+            accept(listening);
         });
     }
 
     /// The client that could not be accepted still waits: without a pause the next try would fail as well,
     /// and so on, as long as there is no descriptor for it.
-    void accept_later(Door& door) {
-        door.pause.expires_after(std::chrono::milliseconds(100));
-        door.pause.async_wait([this, &door](ErrorCode error) {
-            if (!error) accept(door);
+    void accept_later(PausableAcceptor& listening) {
+        listening.pause.expires_after(std::chrono::milliseconds(100));
+        listening.pause.async_wait([this, &listening](ErrorCode error) {
+            if (!error) accept(listening);
         });
     }
 
@@ -469,7 +468,7 @@ private:
     std::shared_ptr<LivePictures> live_;
     std::optional<Shared> shared_; ///< outlives the connections, which operations of io_ keep alive
     asio::io_context io_{1};
-    std::list<Door> doors_;
+    std::list<PausableAcceptor> acceptors_;
     asio::steady_timer timer_;
 };
 

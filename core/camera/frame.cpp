@@ -48,7 +48,7 @@ std::int32_t Frame::wait_rows(std::int32_t rows, Heartbeat* heartbeat) const noe
             return static_cast<std::int32_t>(seen & ~abandoned_bit);
         if (heartbeat != nullptr) {
             heartbeat->beat();
-            progressed_.wait(notified, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+            progressed_.wait(notified, MonotonicClock().now() + Heartbeat::max_wait_ns);
         } else {
             progressed_.wait(notified);
         }

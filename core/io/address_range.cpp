@@ -14,7 +14,7 @@
 namespace obscura {
 
 AddressRange parse_address_range(const std::string& text) {
-    constexpr std::size_t most_quoted = 60;
+    constexpr std::size_t max_quoted = 60;
     const std::size_t slash = text.find('/');
     in_addr parsed{};
     unsigned bits = 32;
@@ -26,7 +26,7 @@ AddressRange parse_address_range(const std::string& text) {
     }
     if (!good)
         throw ConfigError(fmt::format("\"{}\": allowed is an IPv4 address or a range like 192.168.7.0/24",
-                                      for_terminal(text.substr(0, most_quoted))));
+                                      for_terminal(text.substr(0, max_quoted))));
     return {ntohl(parsed.s_addr), bits == 0 ? 0 : 0xFFFFFFFFU << (32 - bits)};
 }
 

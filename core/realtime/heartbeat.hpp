@@ -12,18 +12,18 @@
 
 namespace obscura {
 
-/// Written by the supervised thread at every place where it may wait, at least every longest_wait_ns; read by
+/// Written by the supervised thread at every place where it may wait, at least every max_wait_ns; read by
 /// the supervisor's thread. Before a call that may legitimately take longer (a slow device, a disk) the
 /// supervised thread announces it. Both sides are real-time safe.
 class Heartbeat {
 public:
     /// Longest wait of a supervised thread between two beats.
-    static constexpr std::int64_t longest_wait_ns = 250 * ns_per_ms;
+    static constexpr std::int64_t max_wait_ns = 250 * ns_per_ms;
 
     explicit Heartbeat(std::string name) : name_(std::move(name)) {}
     [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
-    /// Supervised thread: reports progress; the next beat follows within longest_wait_ns.
+    /// Supervised thread: reports progress; the next beat follows within max_wait_ns.
     void beat() noexcept {
         silent_until_ns_.store(0, std::memory_order_relaxed);
         beats_.fetch_add(1, std::memory_order_relaxed);

@@ -130,7 +130,7 @@ bool Camera::acquisition_start() {
     // The pipeline waits for a trigger, which cannot come yet, unless its last frame is still under way.
     if (!router_.busy() && expect_next(expected_)) {
         maker_.render_ahead(expected_);
-        if (config_.most_ahead_ns == 0) wait_for_expected();
+        if (config_.max_ahead_ns == 0) wait_for_expected();
     }
     router_.acquisition_start(now, begin);
     start_free_run(first_edge_);
@@ -379,7 +379,7 @@ bool Camera::expect_next(ExpectedFrame& next) noexcept {
                 next.order);
     next.edge = follows ? edge : expected_edge();
     next.tolerance_px = config_.ahead_tolerance_px;
-    next.most_ahead_ns = config_.most_ahead_ns;
+    next.max_ahead_ns = config_.max_ahead_ns;
     next.exact_time = !follows;
     return true;
 }

@@ -38,7 +38,7 @@ struct CameraConfig {
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
     double ahead_tolerance_px = 0;   ///< see ExpectedFrame
-    std::int64_t most_ahead_ns = 0;  ///< see ExpectedFrame
+    std::int64_t max_ahead_ns = 0;   ///< see ExpectedFrame
     bool expects_frames = true;      ///< what the next frame shows can be known before its trigger
     ThreadSettings thread{};         ///< pipeline
     ThreadSettings trigger_thread{}; ///< free-run timer, alarms

@@ -101,7 +101,8 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
                                                                        static_cast<std::int32_t>(area_rows));
                       }};
         KeptFrames::Make make_kept;
-        if (settings_.reprojects || settings_.adapts) make_kept = [this] { return make_kept_light(); };
+        if (settings_.reprojects || settings_.adapts)
+            make_kept = [this] { return make_reprojection_source(); };
         render_thread_ = std::make_unique<RenderThread>(light_, line * lines_kept, block_renderer(), clock_,
                                                         settings_.enter_render, levels, make_kept);
     }
@@ -141,10 +142,11 @@ std::string FrameMaker::plan_frame(const FrameOrder& order) {
     return verdict == sensors::TriggerVerdict::accepted ? std::string() : sequencer_.reason();
 }
 
-std::unique_ptr<renderer::KeptLight> FrameMaker::make_kept_light() const {
+std::unique_ptr<renderer::ReprojectionSource> FrameMaker::make_reprojection_source() const {
     const std::int32_t rows = std::max(settings_.max_rows, readout_.height);
     const auto halos = static_cast<std::int32_t>(max_windows) * 2 * detector_.halo_rows();
-    return std::make_unique<renderer::KeptLight>(current(), readout_.width, rows + halos, max_windows);
+    return std::make_unique<renderer::ReprojectionSource>(current(), readout_.width, rows + halos,
+                                                          max_windows);
 }
 
 /// Sets what the frame prepared last is made of and where its light is kept, without a render thread.
@@ -250,22 +252,22 @@ void FrameMaker::render_ahead(const ExpectedFrame& frame) noexcept {
         expected_light_.from_plan_ns = *frame.edge - expected.scene_time;
         expected_light_.period_ns = expected.frame_id > 1 ? *frame.edge - last_edge_ : 0;
     }
-    const Time not_before =
-        frame.edge && frame.most_ahead_ns > 0 ? *frame.edge - frame.most_ahead_ns : Time{};
+    const Time not_before = frame.edge && frame.max_ahead_ns > 0 ? *frame.edge - frame.max_ahead_ns : Time{};
     render_thread_->expect(expected_light_, tolerance(frame), not_before);
 }
 
 /// For how long nothing in the frame moves by more than the tolerance, if it may come at another time at all.
 RenderThread::Tolerance FrameMaker::tolerance(const ExpectedFrame& frame) const noexcept {
     constexpr std::int64_t span_ns = ns_per_ms;
-    constexpr std::int64_t most_ns = 100 * ns_per_ms;
+    constexpr std::int64_t max_still_ns = 100 * ns_per_ms;
     RenderThread::Tolerance t{.image_px = frame.tolerance_px, .exact_time = frame.exact_time};
     if (expected_light_.live || frame.exact_time || !(frame.tolerance_px > 0)) return t;
     const Time mid = expected_light_.mid();
     t.px_per_ns = expected_light_.renderer->image_motion_px({mid - span_ns / 2, mid + span_ns / 2}) /
                   static_cast<double>(span_ns);
     const double still_ns = frame.tolerance_px / t.px_per_ns;
-    t.time_ns = still_ns < static_cast<double>(most_ns) ? static_cast<std::int64_t>(still_ns) : most_ns;
+    t.time_ns =
+        still_ns < static_cast<double>(max_still_ns) ? static_cast<std::int64_t>(still_ns) : max_still_ns;
     return t;
 }
 

@@ -54,7 +54,7 @@ struct ExpectedFrame {
     FrameOrder order;           ///< its stamps of the trigger are not used
     std::optional<Time> edge{}; ///< its trigger's, scheduling clock, as expected; none: unknown
     double tolerance_px = 0;
-    std::int64_t most_ahead_ns = 0; ///< rendering begins no earlier before `edge`; 0: as early as it can
+    std::int64_t max_ahead_ns = 0; ///< rendering begins no earlier before `edge`; 0: as early as it can
     bool exact_time = true; ///< what it shows does not depend on the edge: it must come at that scene time
 };
 
@@ -144,7 +144,7 @@ public:
     /// Whole frames are kept from now on: those that follow can have levels from QualityLevel::reprojected
     /// on. Of a maker without FrameMakerSettings::enter_render. Allocates.
     void keep_frames() {
-        kept_ = KeptFrames([this] { return make_kept_light(); });
+        kept_ = KeptFrames([this] { return make_reprojection_source(); });
     }
     /// Thread-safe.
     [[nodiscard]] QualityCounters quality_counters() const noexcept;
@@ -196,7 +196,7 @@ public:
 private:
     static constexpr std::uint32_t buffer_count = 2;
     [[nodiscard]] std::string plan_frame(const FrameOrder& order);
-    [[nodiscard]] std::unique_ptr<renderer::KeptLight> make_kept_light() const;
+    [[nodiscard]] std::unique_ptr<renderer::ReprojectionSource> make_reprojection_source() const;
     [[nodiscard]] std::string find_earlier() noexcept;
     void list_scene_truth(Frame& frame);
     void note_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept;

@@ -16,7 +16,7 @@ constexpr double hot_ratio = 10;
 /// Stands for the dark current of a stuck pixel.
 constexpr float stuck_heat = 1e30F;
 /// Largest number of hot pixels of a sensor, for windows at any place.
-constexpr std::size_t most_of_sensor = 16'384;
+constexpr std::size_t max_sensor_hot_pixels = 16'384;
 
 std::span<const FrameWindow> windows_of(const FrameInfo& frame) {
     return std::span(frame.windows).first(std::min<std::size_t>(frame.window_count, max_windows));
@@ -99,12 +99,12 @@ std::vector<PixelPlace> FrameOverlays::hot_pixels_in(const FrameInfo& frame) {
     std::vector<PixelPlace> in_image;
     // Each row of a push-broom image is the same one of the sensor: its hot pixels are columns.
     if (sensor_.readout.shutter == Shutter::push_broom) return in_image;
-    if (!hot_) hot_ = hot_pixels(detector_.fixed_pattern(), sensor_.detector, most_of_sensor);
+    if (!hot_) hot_ = hot_pixels(detector_.fixed_pattern(), sensor_.detector, max_sensor_hot_pixels);
     for (const PixelPlace& pixel : *hot_)
         for (const FrameWindow& window : windows_of(frame)) {
             const std::int32_t x = pixel.x - window.sensor.x, y = pixel.y - window.sensor.y;
             if (x >= 0 && y >= 0 && x < window.sensor.width && y < window.sensor.height &&
-                in_image.size() < most_hot_pixels)
+                in_image.size() < max_hot_pixels)
                 in_image.push_back({x, y + window.image_y});
         }
     return in_image;

@@ -57,7 +57,7 @@ public:
     [[nodiscard]] std::shared_ptr<const FrameOverlay> of(const transports::KeptFrame& frame,
                                                          const FrameScene& scene);
 
-    static constexpr std::size_t most_hot_pixels = 256;
+    static constexpr std::size_t max_hot_pixels = 256;
 
 private:
     [[nodiscard]] FrameOverlay make(const transports::KeptFrame& frame, const FrameScene& scene);

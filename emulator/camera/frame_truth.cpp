@@ -32,7 +32,7 @@ void list_truth(const FrameSource& source, const Frame& frame, SceneTruth& truth
     request.push_broom = source.sensor.readout.shutter == Shutter::push_broom;
     request.frame_id = frame.info.frame_id;
     request.detector = detector_of(source, frame.info);
-    request.most_entries = memory.most_entries;
+    request.max_entries = memory.max_entries;
     request.workspace = memory.workspace;
     source.renderer.list_truth(request, truth);
 }

@@ -23,7 +23,7 @@ struct FrameSource {
 
 /// Bounds of the memory that a truth table takes; without any, it allocates.
 struct TruthMemory {
-    std::size_t most_entries = 0;     ///< see renderer::TruthRequest
+    std::size_t max_entries = 0;      ///< see renderer::TruthRequest
     std::span<std::byte> workspace{}; ///< see renderer::TruthRequest
 };
 

@@ -61,7 +61,7 @@ void OutputLines::run() {
             recent_[frames % recent_.size()] = {moments.exposure_start, moments.exposure_end, false};
         }
         const Time now = clock_.now();
-        Time next = now + Heartbeat::longest_wait_ns;
+        Time next = now + Heartbeat::max_wait_ns;
         if (moments.ready && moments.not_before > now) next = std::min(next, moments.not_before);
         show(ready_, moments.ready && now >= moments.not_before);
         for (Exposure& e : recent_)

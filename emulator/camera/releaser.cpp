@@ -323,12 +323,12 @@ bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {
 
 void Releaser::wait_for_change(std::uint32_t seen) noexcept {
     heartbeat_.beat();
-    changed_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+    changed_.wait(seen, MonotonicClock().now() + Heartbeat::max_wait_ns);
 }
 
 void Releaser::sleep_until(Time t, bool exactly) noexcept {
     // Sleep in pieces, so that a long exposure is not taken for a hung thread.
-    if (const Time soon = clock_->now() + Heartbeat::longest_wait_ns; t > soon) {
+    if (const Time soon = clock_->now() + Heartbeat::max_wait_ns; t > soon) {
         t = soon;
         exactly = false;
     }

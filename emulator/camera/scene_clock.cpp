@@ -40,9 +40,9 @@ SceneClock::Instant SceneClock::at(const Edge& edge) const noexcept {
 std::vector<Time> read_scene_times(const std::filesystem::path& file) {
     std::vector<Time> times;
     // A double counts nanoseconds up to 104 days and 100 ns at the limit.
-    constexpr double most_s = 1e9;
+    constexpr double max_s = 1e9;
     config::read_csv(file, "time_s", [&](const config::CsvRow& row) {
-        if (!(std::abs(row.values[0]) <= most_s))
+        if (!(std::abs(row.values[0]) <= max_s))
             row.fail(0, "time_s", fmt::format("{} is out of range, allowed -1e9 to 1e9", row.values[0]));
         times.push_back(Time{std::llround(row.values[0] * 1e9)});
     });

@@ -329,10 +329,10 @@ config::Section section_of(MonitorSection& s) {
     };
     section.check = [&s](const config::ReadTable& table) {
         if (s.socket == host::automatic_monitor || s.socket == host::no_monitor) return;
-        if (s.socket.empty() || s.socket.front() != '/' || s.socket.size() > host::longest_socket_path())
+        if (s.socket.empty() || s.socket.front() != '/' || s.socket.size() > host::max_socket_path_bytes())
             table.refuse("socket", fmt::format("\"{}\"; allowed are \"auto\", \"off\" and an absolute path "
                                                "of at most {} bytes",
-                                               s.socket, host::longest_socket_path()));
+                                               s.socket, host::max_socket_path_bytes()));
     };
     return section;
 }
@@ -368,10 +368,10 @@ config::Section section_of(ControlSection& s) {
             table.refuse_if_thrown("listen",
                                    [&s] { check_reach(s.listen, "127.0.0.1:5153", s.token_file.empty()); });
         if (s.unix_socket.empty() || s.unix_socket == host::automatic_calls) return;
-        if (s.unix_socket.front() != '/' || s.unix_socket.size() > host::longest_socket_path())
+        if (s.unix_socket.front() != '/' || s.unix_socket.size() > host::max_socket_path_bytes())
             table.refuse("unix_socket", fmt::format("\"{}\"; allowed are \"auto\" and an absolute path of at "
                                                     "most {} bytes",
-                                                    s.unix_socket, host::longest_socket_path()));
+                                                    s.unix_socket, host::max_socket_path_bytes()));
     };
     return section;
 }

@@ -23,7 +23,7 @@ using service::Fields;
 using transports::FaultRules;
 
 /// Each packet is compared with each rule.
-constexpr std::size_t most_rules = 64;
+constexpr std::size_t max_rules = 64;
 
 struct Choice {
     std::uint32_t camera = 0;
@@ -61,7 +61,7 @@ json listed(const FaultRules& faults) {
     return rules;
 }
 
-Answer list(const FaultRules& faults) {
+Answer list_faults(const FaultRules& faults) {
     json kinds = json::array();
     for (const FaultRules::Kind& kind : faults.kinds())
         kinds.push_back({{"name", kind.name}, {"help", kind.help}});
@@ -73,8 +73,8 @@ Answer list(const FaultRules& faults) {
 
 std::vector<FaultRules::Row> read(const FaultRules& faults, const json& rules) {
     if (!rules.is_array()) throw bad_argument("rules", "faults.set: rules: allowed an array of maps");
-    if (rules.size() > most_rules) {
-        const std::string allowed = fmt::format("at most {}", most_rules);
+    if (rules.size() > max_rules) {
+        const std::string allowed = fmt::format("at most {}", max_rules);
         throw bad_argument("rules",
                            fmt::format("faults.set: rules: {} of them, allowed {}", rules.size(), allowed),
                            allowed);
@@ -99,7 +99,7 @@ service::Calls fault_calls(const CameraCalls::Cameras& cameras) {
         call<Choice>("faults.list", Permission::view,
                      "Lists the injected faults of a camera that are in force, and what they have struck.",
                      [&cameras](const Choice& choice, service::Work& /*work*/) {
-                         return list(rules_of(checked_camera(cameras, choice.camera)));
+                         return list_faults(rules_of(checked_camera(cameras, choice.camera)));
                      }),
         call<NewRules>("faults.set", Permission::operate,
                        "Replaces all injected faults of a camera from its next frame on, also while a client "

@@ -46,7 +46,7 @@ void IdleThread::run(Work work, const std::atomic<bool>& given_up) {
     const auto job = std::make_shared<Job>();
     job->work = std::move(work);
     std::unique_lock lock(mutex_);
-    if (!closed_ && waiting_.size() >= most_waiting)
+    if (!closed_ && waiting_.size() >= max_waiting)
         throw Failure(FailureCode::busy, "too many requests wait for this");
     if (!closed_) {
         start();

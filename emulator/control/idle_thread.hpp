@@ -19,7 +19,7 @@ namespace obscura::emulator {
 class IdleThread {
 public:
     /// Longest queue.
-    static constexpr std::size_t most_waiting = 8;
+    static constexpr std::size_t max_waiting = 8;
 
     /// On the thread, `enter` is called first, and `drop` last, when no work has come for `unused`.
     IdleThread(std::function<void()> enter, std::function<void()> drop, std::chrono::milliseconds unused);

@@ -27,7 +27,7 @@ using service::FailureCode;
 using service::Fields;
 using service::Work;
 
-struct FrameArguments {
+struct ProbeFrameArguments {
     std::uint32_t camera = 0;
     std::uint64_t frame = 0;
     double wait_s = 2;
@@ -44,11 +44,11 @@ struct FrameArguments {
     }
 };
 
-struct Arguments : FrameArguments {
+struct ProbeCallArguments : ProbeFrameArguments {
     std::uint32_t x = 0, y = 0;
 
     Fields fields() {
-        Fields all = FrameArguments::fields();
+        Fields all = ProbeFrameArguments::fields();
         config::Keys place{config::key("x", &x).unit("px").range(0, 65535).required().help(
                                "Column of the image, from 0 on the left"),
                            config::key("y", &y).unit("px").range(0, 65535).required().help(
@@ -65,12 +65,12 @@ Failure not_now(const std::string& message, const char* call = "probe") {
 
 /// null where there is none.
 template<typename Value>
-json json_of(const std::optional<Value>& value) {
+json probe_json(const std::optional<Value>& value) {
     return value ? json(*value) : json();
 }
 
 /// The frame that is meant, if its pixels are its own.
-transports::KeptFrame frame_of(transports::WatchTransport& watch, const FrameArguments& arguments,
+transports::KeptFrame frame_of(transports::WatchTransport& watch, const ProbeFrameArguments& arguments,
                                const Work& work, const char* call) {
     const auto until = std::chrono::steady_clock::now() +
                        std::chrono::microseconds(static_cast<std::int64_t>(arguments.wait_s * 1e6));
@@ -88,7 +88,7 @@ transports::KeptFrame frame_of(transports::WatchTransport& watch, const FrameArg
 }
 
 /// Requested frame, if it has the pixel.
-transports::KeptFrame frame_with_pixel(transports::WatchTransport& watch, const Arguments& arguments,
+transports::KeptFrame frame_with_pixel(transports::WatchTransport& watch, const ProbeCallArguments& arguments,
                                        const Work& work) {
     transports::KeptFrame frame = frame_of(watch, arguments, work, "probe");
     const FrameInfo& info = frame.info;
@@ -141,7 +141,7 @@ json bands_of(const std::vector<SpectralBand>& bands, const std::vector<double>&
 }
 
 Answer probe(const CameraCalls::Cameras& cameras, PixelProbes& probes, const ProbeSourceOf& source_of,
-             const Arguments& arguments, const Work& work) {
+             const ProbeCallArguments& arguments, const Work& work) {
     transports::WatchTransport* const watch = checked_camera(cameras, arguments.camera).watch;
     if (watch == nullptr) throw not_now("the daemon keeps no frames for calls");
     const transports::KeptFrame frame = frame_with_pixel(*watch, arguments, work);
@@ -161,23 +161,23 @@ Answer probe(const CameraCalls::Cameras& cameras, PixelProbes& probes, const Pro
              {"x", arguments.x},
              {"y", arguments.y},
              {"dn", kept->dn},
-             {"electrons", {{"estimated", std::move(estimated)}, {"exact", json_of(exact)}}},
+             {"electrons", {{"estimated", std::move(estimated)}, {"exact", probe_json(exact)}}},
              {"formula", formula},
              {"bands", bands_of(source.scene->bands, irradiance)},
              {"irradiance_w_m2", std::accumulate(irradiance.begin(), irradiance.end(), 0.0)},
-             {"body", json_of(pixel.body)},
-             {"range_m", json_of(pixel.range_m)},
-             {"latitude_deg", json_of(pixel.latitude_deg)},
-             {"longitude_deg", json_of(pixel.longitude_deg)},
-             {"incidence_deg", json_of(pixel.incidence_deg)},
-             {"emission_deg", json_of(pixel.emission_deg)},
-             {"phase_deg", json_of(pixel.phase_deg)},
+             {"body", probe_json(pixel.body)},
+             {"range_m", probe_json(pixel.range_m)},
+             {"latitude_deg", probe_json(pixel.latitude_deg)},
+             {"longitude_deg", probe_json(pixel.longitude_deg)},
+             {"incidence_deg", probe_json(pixel.incidence_deg)},
+             {"emission_deg", probe_json(pixel.emission_deg)},
+             {"phase_deg", probe_json(pixel.phase_deg)},
              {"row_mid_exposure_tai_ns", pixel.row_mid.ns + info.tai_offset_ns},
-             {"samples", json_of(pixel.samples)}}};
+             {"samples", probe_json(pixel.samples)}}};
 }
 
 Answer irradiance(const CameraCalls::Cameras& cameras, PixelProbes& probes, const ProbeSourceOf& source_of,
-                  const FrameArguments& arguments, Work& work) {
+                  const ProbeFrameArguments& arguments, Work& work) {
     transports::WatchTransport* const watch = checked_camera(cameras, arguments.camera).watch;
     if (watch == nullptr) throw not_now("the daemon keeps no frames for calls", "irradiance");
     const transports::KeptFrame frame = frame_of(*watch, arguments, work, "irradiance");
@@ -202,12 +202,12 @@ Answer irradiance(const CameraCalls::Cameras& cameras, PixelProbes& probes, cons
 
 service::Call irradiance_call(const CameraCalls::Cameras& cameras, PixelProbes& probes,
                               ProbeSourceOf source) {
-    service::Call call = service::call<FrameArguments>(
+    service::Call call = service::call<ProbeFrameArguments>(
         "irradiance", service::Permission::view,
         "Renders all pixels of a frame again, without a detector: at full quality, with the scene and the "
         "poses of that frame at the times of its rows, on the thread of `probe`, which is of idle priority. "
         "Takes seconds.",
-        [&cameras, &probes, source = std::move(source)](const FrameArguments& arguments, Work& work) {
+        [&cameras, &probes, source = std::move(source)](const ProbeFrameArguments& arguments, Work& work) {
             return irradiance(cameras, probes, source, arguments, work);
         });
     call.results = {
@@ -220,7 +220,7 @@ service::Call irradiance_call(const CameraCalls::Cameras& cameras, PixelProbes& 
 }
 
 service::Call probe_call(const CameraCalls::Cameras& cameras, PixelProbes& probes, ProbeSourceOf source) {
-    service::Call call = service::call<Arguments>(
+    service::Call call = service::call<ProbeCallArguments>(
         "probe", service::Permission::view,
         "Tells of one pixel of a frame its digital number, electrons, irradiance, and what its centre shows. "
         "The "
@@ -229,7 +229,7 @@ service::Call probe_call(const CameraCalls::Cameras& cameras, PixelProbes& probe
         "row: on a thread of idle priority, which loads the scene at the first call and gives it back after "
         "5 "
         "minutes without one.",
-        [&cameras, &probes, source = std::move(source)](const Arguments& arguments, Work& work) {
+        [&cameras, &probes, source = std::move(source)](const ProbeCallArguments& arguments, Work& work) {
             return probe(cameras, probes, source, arguments, work);
         });
     call.results = {

@@ -72,10 +72,10 @@ std::set<std::string, std::less<>> members_of_scenes() {
 /// Whether the file may be a scene, by the tables that it has.
 bool may_be_scene(const std::filesystem::path& file) {
     static const std::set<std::string, std::less<>> members = members_of_scenes();
-    constexpr std::uintmax_t most_bytes = 1 << 20;
+    constexpr std::uintmax_t max_bytes = 1 << 20;
     std::error_code error;
     if (file.extension() != config::shipped_scenes.ending || !std::filesystem::is_regular_file(file, error) ||
-        std::filesystem::file_size(file, error) > most_bytes || error)
+        std::filesystem::file_size(file, error) > max_bytes || error)
         return false;
     try {
         const config::Value table = config::parse_file(file);
@@ -98,12 +98,12 @@ std::string name_of_scene(const std::filesystem::path& file, const std::filesyst
 
 std::vector<std::string> scene_names(const std::filesystem::path& folder) {
     constexpr int deepest = 3;
-    constexpr std::size_t most_looked_at = 10'000, most = 1000;
+    constexpr std::size_t max_viewed = 10'000, most = 1000;
     using Walk = std::filesystem::recursive_directory_iterator;
     std::vector<std::string> own;
     std::error_code error;
     Walk walk(folder, std::filesystem::directory_options::skip_permission_denied, error);
-    for (std::size_t i = 0; !error && walk != Walk() && i < most_looked_at; walk.increment(error), ++i) {
+    for (std::size_t i = 0; !error && walk != Walk() && i < max_viewed; walk.increment(error), ++i) {
         if (walk.depth() >= deepest) walk.disable_recursion_pending();
         if (may_be_scene(walk->path())) own.push_back(walk->path().lexically_relative(folder).string());
     }

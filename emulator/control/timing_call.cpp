@@ -44,7 +44,7 @@ struct TimingArguments {
 };
 
 /// Longest time that a frame waits for its count.
-constexpr std::int64_t count_patience_ns = 250 * ns_per_ms;
+constexpr std::int64_t count_timeout_ns = 250 * ns_per_ms;
 
 /// Adds the column to the rows, and leaves out those from the first on whose count is still to come.
 void add_saturated(RecentTiming::Rows& found, const transports::WatchTransport* watch, Time now) {
@@ -52,7 +52,7 @@ void add_saturated(RecentTiming::Rows& found, const transports::WatchTransport* 
         const RecentTiming::Frame& frame = found.frames[i];
         const std::optional<std::uint32_t> pixels =
             watch != nullptr ? watch->saturated().of(frame.id, frame.edge) : std::nullopt;
-        if (!pixels && watch != nullptr && now - frame.ended < count_patience_ns) {
+        if (!pixels && watch != nullptr && now - frame.ended < count_timeout_ns) {
             found.last -= found.rows.size() - i;
             found.rows.resize(i);
             return;

@@ -27,7 +27,7 @@ using service::Work;
 using transports::KeptFrame;
 
 /// Interval at which the call checks for the frame that it waits for.
-constexpr std::int64_t look_period_ns = 100 * ns_per_ms;
+constexpr std::int64_t poll_interval_ns = 100 * ns_per_ms;
 
 struct TruthArguments {
     std::uint32_t camera = 0;
@@ -48,12 +48,12 @@ struct TruthArguments {
     }
 };
 
-json json_of(const Vec3& v) {
+json truth_json(const Vec3& v) {
     return {v.x, v.y, v.z};
 }
 
 /// null where there is none.
-json json_of(const std::optional<double>& value) {
+json truth_json(const std::optional<double>& value) {
     return value ? json(*value) : json();
 }
 
@@ -66,7 +66,7 @@ json point_of(const renderer::ImagePoint& point) {
     return {{"x", rounded(point.x)}, {"y", rounded(point.y)}};
 }
 
-json json_of(const renderer::OverlayBody& body) {
+json truth_json(const renderer::OverlayBody& body) {
     json limb = json::array(), lit = json::array();
     for (const renderer::LimbPoint& point : body.limb) {
         if (point.begins && !limb.empty()) {
@@ -77,11 +77,11 @@ json json_of(const renderer::OverlayBody& body) {
         lit.push_back(point.lit);
     }
     json told{{"name", body.name},
-              {"x", json_of(body.at ? std::optional(body.at->x) : std::nullopt)},
-              {"y", json_of(body.at ? std::optional(body.at->y) : std::nullopt)},
-              {"radius_px", json_of(body.radius_px)},
+              {"x", truth_json(body.at ? std::optional(body.at->x) : std::nullopt)},
+              {"y", truth_json(body.at ? std::optional(body.at->y) : std::nullopt)},
+              {"radius_px", truth_json(body.radius_px)},
               {"range_m", body.range_m},
-              {"position_m", json_of(body.position_m)},
+              {"position_m", truth_json(body.position_m)},
               {"limb", std::move(limb)},
               {"limb_lit", std::move(lit)}};
     if (body.motion)
@@ -89,7 +89,7 @@ json json_of(const renderer::OverlayBody& body) {
     return told;
 }
 
-json json_of(const renderer::OverlayStar& star) {
+json truth_json(const renderer::OverlayStar& star) {
     json told = point_of(star.at);
     told["name"] = star.name.empty() ? json() : json(star.name);
     told["magnitude"] = std::round(star.magnitude_v * 1e3) / 1e3;
@@ -100,11 +100,11 @@ template<class T>
 json list_of(const std::vector<T>& values) {
     json list = json::array();
     for (const T& value : values)
-        list.push_back(json_of(value));
+        list.push_back(truth_json(value));
     return list;
 }
 
-json windows_of(const FrameInfo& frame) {
+json truth_windows(const FrameInfo& frame) {
     json list = json::array();
     for (std::uint32_t w = 0; w < std::min<std::size_t>(frame.window_count, max_windows); ++w) {
         const FrameWindow& window = frame.windows[w];
@@ -135,7 +135,7 @@ struct Told {
 Told told_of(const ControlledCamera& camera, const TruthArguments& arguments, const Work& work) {
     if (camera.watch == nullptr || !camera.overlay)
         throw Failure(FailureCode::not_now, "truth: the daemon keeps no frames for calls");
-    camera.watch->look(look_period_ns);
+    camera.watch->look(poll_interval_ns);
     const auto until = std::chrono::steady_clock::now() +
                        std::chrono::microseconds(static_cast<std::int64_t>(arguments.wait_s * 1e6));
     while (true) {
@@ -165,13 +165,13 @@ Answer truth(const ControlledCamera& camera, const TruthArguments& arguments, co
     const Quat& q = there.camera.orientation;
     return {{{"frame", info.frame_id},
              {"mid_exposure_tai_ns", there.mid_exposure.ns + info.tai_offset_ns},
-             {"camera_position_m", json_of(there.camera.position_m)},
+             {"camera_position_m", truth_json(there.camera.position_m)},
              {"camera_orientation", {q.w, q.x, q.y, q.z}},
-             {"sun_position_m", json_of(there.sun_position_m)},
+             {"sun_position_m", truth_json(there.sun_position_m)},
              {"bodies", list_of(overlay->seen.bodies)},
              {"bodies_of", overlay->seen.bodies_of},
              {"stars", list_of(overlay->seen.stars)},
-             {"windows", windows_of(info)},
+             {"windows", truth_windows(info)},
              {"hot_pixels", hot_pixels_of(overlay->hot_pixels)}}};
 }
 

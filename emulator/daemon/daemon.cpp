@@ -175,7 +175,7 @@ std::string Daemon::reload(emulator::DaemonConfig next, const std::function<bool
     }
     for (std::size_t i = 0; i < units_.size(); ++i)
         if (refused.empty())
-            units_[i]->take_on(*cameras[i]);
+            units_[i]->apply_reload(*cameras[i]);
         else
             units_[i]->dismiss();
     if (!refused.empty()) return refused;

@@ -57,7 +57,7 @@ transports::WatchTransport& watched(const Cameras& cameras, const Chosen& chosen
     return *cameras[chosen.camera];
 }
 
-std::string answer_of(transports::WatchTransport& watch, std::uint32_t camera) {
+std::string ring_answer(transports::WatchTransport& watch, std::uint32_t camera) {
     return fmt::format(R"({{"pid":{},"camera":{},"watched_s":{},"tai_offset_ns":{}}})", ::getpid(), camera,
                        transports::WatchTransport::watched_ns / ns_per_s, watch.tai_offset_ns());
 }
@@ -80,14 +80,15 @@ std::vector<MonitorVerb> frame_verbs(std::vector<transports::WatchTransport*> ca
             [all](const Chosen& chosen) {
                 transports::WatchTransport& watch = watched(*all, chosen);
                 transports::FrameRing& ring = watch.ring();
-                return MonitorAnswer(answer_of(watch, chosen.camera), {ring.descriptor(), ring.hand_over()});
+                return MonitorAnswer(ring_answer(watch, chosen.camera),
+                                     {ring.descriptor(), ring.hand_over()});
             }),
         monitor_verb<Looked>("watch", "Has frames of a camera copied to that memory for the next seconds",
                              results(),
                              [all](const Looked& looked) {
                                  transports::WatchTransport& watch = watched(*all, looked);
                                  watch.look(looked.period_us * ns_per_us);
-                                 return MonitorAnswer(answer_of(watch, looked.camera));
+                                 return MonitorAnswer(ring_answer(watch, looked.camera));
                              }),
     };
 }

@@ -31,7 +31,7 @@ Time now() {
     return MonotonicClock().now();
 }
 
-Json to_json(const FrameOutcomes& o) {
+Json monitor_json(const FrameOutcomes& o) {
     return {{"seconds", o.seconds},     {"triggers", o.triggers}, {"missed_triggers", o.missed_triggers},
             {"frames", o.frames},       {"complete", o.complete}, {"late", o.late},
             {"late_rows", o.late_rows}, {"stalled", o.stalled},   {"stalled_rows", o.stalled_rows},
@@ -46,7 +46,7 @@ Json lines_by_level() {
     return lines;
 }
 
-Json to_json(const PtpStatus& status) {
+Json monitor_json(const PtpStatus& status) {
     // Before the first answer offset and delay are not known.
     const bool known = status.answers > 0;
     return {{"locked", status.locked},
@@ -185,7 +185,7 @@ std::string Monitor::made_state() const {
                        {"log_level", name_of(log_level())},
                        {"advice", advice_},
                        {"log_lost", daemon_.lost_messages()}};
-    if (const std::optional<PtpStatus> ptp = daemon_.ptp_status()) state["ptp"] = to_json(*ptp);
+    if (const std::optional<PtpStatus> ptp = daemon_.ptp_status()) state["ptp"] = monitor_json(*ptp);
     state["heartbeats"] = Json::array();
     for (const BeatTimes::Age& beat : beats_.ages(time))
         state["heartbeats"].push_back({{"name", beat.name}, {"age_s", beat.age_s}, {"silent", beat.silent}});
@@ -223,7 +223,7 @@ std::string Monitor::made_state() const {
                  {"sensor", daemon_.config().cameras()[i]->sensor.name},
                  {"pool", {{"frames", pool.size()}, {"in_use", pool.in_use()}}},
                  {"verdict", {{"health", name_of(verdict.health)}, {"text", verdict.text}}},
-                 {"recent", to_json(recent)}};
+                 {"recent", monitor_json(recent)}};
         if (last && !awaited.on_request)
             one["last_frame"] = {{"age_s", last->age_s}, {"overdue_s", last->overdue_s}};
         if (const std::optional<SimulatorCounters> simulator = daemon_.unit(i).simulator_counters())

@@ -23,7 +23,7 @@ namespace obscura::emulator {
 namespace {
 
 // Requests of one client that are answered in one call of serve(), so that no client holds up the caller.
-constexpr int most_requests = 16;
+constexpr int max_requests = 16;
 
 FileDescriptor packet_socket() {
     return FileDescriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
@@ -62,8 +62,8 @@ void MonitorSocket::start() {
     const auto refuse = [this](const std::string& why) {
         throw HardwareError(fmt::format("monitor.socket: {}: {}", path_.string(), why));
     };
-    if (path_.native().size() > host::longest_socket_path())
-        refuse(fmt::format("a path of at most {} bytes is allowed", host::longest_socket_path()));
+    if (path_.native().size() > host::max_socket_path_bytes())
+        refuse(fmt::format("a path of at most {} bytes is allowed", host::max_socket_path_bytes()));
     if (const std::string why = host::prepare_socket_folder(path_.parent_path()); !why.empty()) refuse(why);
     std::error_code error;
     if (std::filesystem::exists(path_, error)) {
@@ -76,7 +76,7 @@ void MonitorSocket::start() {
     if (!listener || ::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
         refuse(std::strerror(errno));
     // The umask of a service keeps its group from writing, and so from connecting.
-    if (::chmod(path_.c_str(), 0660) != 0 || ::listen(listener.get(), most_clients) != 0)
+    if (::chmod(path_.c_str(), 0660) != 0 || ::listen(listener.get(), max_clients) != 0)
         refuse(std::strerror(errno));
     listener_ = std::move(listener);
 }
@@ -97,7 +97,7 @@ void MonitorSocket::serve(Time now) {
 }
 
 void MonitorSocket::accept_clients(Time now) {
-    while (clients_.size() < most_clients || make_room(now)) {
+    while (clients_.size() < max_clients || make_room(now)) {
         FileDescriptor socket(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
         if (!socket) return;
         Client client{std::move(socket), now};
@@ -118,7 +118,7 @@ bool MonitorSocket::make_room(Time now) {
 }
 
 bool MonitorSocket::answer_client(Client& client, Time now) {
-    for (int i = 0; i < most_requests; ++i) {
+    for (int i = 0; i < max_requests; ++i) {
         const ssize_t bytes = ::recv(client.socket.get(), request_.data(), request_.size(), 0);
         if (bytes < 0) return errno == EAGAIN || errno == EINTR;
         if (bytes == 0) return false;

@@ -17,12 +17,12 @@
 namespace obscura::emulator {
 
 /// Serves any number of requests on each connection, one answer for each. Never blocks: a client that does
-/// not read its answers is disconnected, and at most `most_clients` are served. Where that many are there and
+/// not read its answers is disconnected, and at most `max_clients` are served. Where that many are there and
 /// another one waits, a client goes that has asked nothing for `idle_ns`, or nothing at all for `mute_ns`.
 /// Thread-bound.
 class MonitorSocket {
 public:
-    static constexpr std::size_t most_clients = 8;
+    static constexpr std::size_t max_clients = 8;
     /// Less than the timeout of clients that wait meanwhile, more than the poll interval of those that watch.
     static constexpr std::int64_t idle_ns = 2 * ns_per_s;
     /// Clients ask as soon as they are connected.

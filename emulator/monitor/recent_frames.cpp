@@ -25,9 +25,9 @@ constexpr double first_trigger_s = 10;
 void RecentFrames::note(Time now, const CameraCounters& counters, bool acquiring) {
     if (!acquiring) {
         frame_.reset();
-        longest_gap_ns_ = 0;
+        max_gap_ns_ = 0;
         for (Snapshot& snapshot : snapshots_)
-            snapshot.longest_gap_ns = 0;
+            snapshot.max_gap_ns = 0;
     } else if (counters.complete != complete_) {
         note_frame(now);
     }
@@ -41,21 +41,20 @@ void RecentFrames::note(Time now, const CameraCounters& counters, bool acquiring
 void RecentFrames::note_frame(Time now) {
     if (frame_ && !snapshots_.empty()) {
         Snapshot& latest = snapshots_.back();
-        latest.longest_gap_ns = std::max(latest.longest_gap_ns, now - *frame_);
-        longest_gap_ns_ = 0;
+        latest.max_gap_ns = std::max(latest.max_gap_ns, now - *frame_);
+        max_gap_ns_ = 0;
         for (const Snapshot& snapshot : snapshots_)
-            longest_gap_ns_ = std::max(longest_gap_ns_, snapshot.longest_gap_ns);
+            max_gap_ns_ = std::max(max_gap_ns_, snapshot.max_gap_ns);
     }
     frame_ = now;
 }
 
 std::optional<RecentFrames::LastFrame> RecentFrames::last_frame(Time now) const {
-    if (!frame_ || longest_gap_ns_ == 0) return {};
+    if (!frame_ || max_gap_ns_ == 0) return {};
     const auto seconds = [](std::int64_t ns) {
         return static_cast<double>(ns) / static_cast<double>(ns_per_s);
     };
-    return LastFrame{seconds(now - *frame_),
-                     seconds(std::max(overdue_gaps * longest_gap_ns_, least_overdue_ns))};
+    return LastFrame{seconds(now - *frame_), seconds(std::max(overdue_gaps * max_gap_ns_, min_overdue_ns))};
 }
 
 FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) const {

@@ -29,7 +29,7 @@ public:
 
     /// A complete frame is overdue after three times the longest gap between those of the last minute, and
     /// after two seconds at least.
-    static constexpr std::int64_t overdue_gaps = 3, least_overdue_ns = 2 * ns_per_s;
+    static constexpr std::int64_t overdue_gaps = 3, min_overdue_ns = 2 * ns_per_s;
 
     /// Takes a snapshot if the last one is a second old; to be called several times a second.
     void note(Time now, const CameraCounters& counters, bool acquiring);
@@ -46,14 +46,14 @@ private:
     struct Snapshot {
         Time time;
         CameraCounters counters;
-        std::int64_t longest_gap_ns = 0; ///< of frames that came after it, before the next one
+        std::int64_t max_gap_ns = 0; ///< of frames that came after it, before the next one
     };
     void note_frame(Time now);
 
     std::deque<Snapshot> snapshots_; ///< oldest first, the first about span_ns before the last
     std::uint64_t complete_ = 0;
-    std::optional<Time> frame_;       ///< look that saw the last complete frame of this acquisition
-    std::int64_t longest_gap_ns_ = 0; ///< 0: not known
+    std::optional<Time> frame_;   ///< look that saw the last complete frame of this acquisition
+    std::int64_t max_gap_ns_ = 0; ///< 0: not known
 };
 
 /// Whether a camera does what it should.

@@ -90,7 +90,7 @@ private:
     struct RowSums {
         double light = 0, light2 = 0, variance = 0, samples = 0;
         std::int32_t lit = 0, unknown = 0;
-        float least_samples = 0;
+        float min_samples = 0;
         std::uint32_t instants = 0;
         bool full = false; ///< whatever the level
     };

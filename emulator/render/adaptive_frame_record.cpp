@@ -19,8 +19,8 @@ namespace {
 
 /// The render threads had less than this share of a core each while they were at work: other programs took
 /// the rest. Of measurements that add up to so much.
-constexpr double least_cpu_share = 0.75;
-constexpr double least_measured_ns = 1e6;
+constexpr double min_cpu_share = 0.75;
+constexpr double min_measured_ns = 1e6;
 
 float nth_of(std::span<float> values, std::size_t n) noexcept {
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(n);
@@ -35,9 +35,9 @@ constexpr std::size_t lanes = 16;
 struct PixelSums {
     double light[lanes] = {}, light2[lanes] = {}, variance[lanes] = {}, samples[lanes] = {};
     double lit[lanes] = {}, unknown[lanes] = {};
-    double least_samples[lanes];
+    double min_samples[lanes];
 
-    PixelSums() noexcept { std::fill_n(least_samples, lanes, std::numeric_limits<float>::max()); }
+    PixelSums() noexcept { std::fill_n(min_samples, lanes, std::numeric_limits<float>::max()); }
     [[nodiscard]] static double sum(const double (&of)[lanes]) noexcept {
         return std::accumulate(std::begin(of), std::end(of), 0.0);
     }
@@ -52,7 +52,7 @@ void add_pixels(const float* __restrict samples, const float* __restrict varianc
     // Factors of 0 and 1 instead of branches, which compilers keep out of vectors.
     for (std::size_t i = 0; i < lanes; ++i) {
         const double all = light[i], n = static_cast<double>(samples[i]);
-        const double v = static_cast<double>(variance[i]), least = sums.least_samples[i];
+        const double v = static_cast<double>(variance[i]), least = sums.min_samples[i];
         const double sampled = n > 0 ? 1.0 : 0.0, known = v > 0 ? 1.0 : 0.0, shines = all > 0 ? 1.0 : 0.0;
         const double lit = sampled * shines;
         const double own = lit * n + (1 - lit) * most;
@@ -63,7 +63,7 @@ void add_pixels(const float* __restrict samples, const float* __restrict varianc
         sums.samples[i] += lit * n;
         sums.lit[i] += lit;
         sums.unknown[i] += lit * (1 - known);
-        sums.least_samples[i] = own < least ? own : least;
+        sums.min_samples[i] = own < least ? own : least;
     }
 }
 
@@ -120,8 +120,8 @@ void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row, const renderer::
     sums.samples = PixelSums::sum(pixels.samples);
     sums.lit = static_cast<std::int32_t>(PixelSums::sum(pixels.lit));
     sums.unknown = static_cast<std::int32_t>(PixelSums::sum(pixels.unknown));
-    sums.least_samples = static_cast<float>(
-        *std::min_element(std::begin(pixels.least_samples), std::end(pixels.least_samples)));
+    sums.min_samples =
+        static_cast<float>(*std::min_element(std::begin(pixels.min_samples), std::end(pixels.min_samples)));
     sums_[part][static_cast<std::size_t>(row)] = sums;
 }
 
@@ -180,8 +180,8 @@ std::uint32_t AdaptiveFrame::reasons() const noexcept {
     std::uint32_t bits = rendered() ? outcome_.reasons : quality_budget;
     const renderer::RenderWork work = rendered() ? work_ : light_->renderer->work() - work_before_;
     const auto measured_ns = static_cast<double>(work.measured_ns);
-    if (measured_ns > least_measured_ns &&
-        static_cast<double>(work.measured_cpu_ns) < least_cpu_share * measured_ns)
+    if (measured_ns > min_measured_ns &&
+        static_cast<double>(work.measured_cpu_ns) < min_cpu_share * measured_ns)
         bits |= quality_stall;
     if (work.page_faults > 0) bits |= quality_page_fault;
     return bits;
@@ -193,7 +193,7 @@ void AdaptiveFrame::describe(FrameQuality& quality, const LightUse& use) const n
     quality.bounces_asked = quality.bounces = light_->renderer->bounces_at(QualityLevel::full);
     const double electrons = use.electrons_per_s_per_w_m2 * use.exposure_s;
     RowSums all;
-    all.least_samples = std::numeric_limits<float>::max();
+    all.min_samples = std::numeric_limits<float>::max();
     all.instants = std::numeric_limits<std::uint32_t>::max();
     double worst_variance = 0; // mean of a group
     std::array<float, max_quality_groups> means{};
@@ -217,7 +217,7 @@ void AdaptiveFrame::describe(FrameQuality& quality, const LightUse& use) const n
             sums.lit += row.lit;
             sums.unknown += row.unknown;
             all.instants = std::min(all.instants, row.instants);
-            if (row.lit > 0) all.least_samples = std::min(all.least_samples, row.least_samples);
+            if (row.lit > 0) all.min_samples = std::min(all.min_samples, row.min_samples);
         }
         if (sums.lit == 0) continue;
         all.light2 += sums.light2;
@@ -238,7 +238,7 @@ void AdaptiveFrame::describe(FrameQuality& quality, const LightUse& use) const n
         quality.error_worst_group = static_cast<float>(std::sqrt(worst_variance * all.lit / all.light2));
         quality.unknown_share = static_cast<float>(all.unknown) / static_cast<float>(all.lit);
         quality.samples_mean = static_cast<float>(all.samples / all.lit);
-        quality.samples_min = all.least_samples;
+        quality.samples_min = all.min_samples;
         quality.samples_median = nth_of(std::span(means).first(lit_groups), lit_groups / 2);
         quality.noise_ratio_p95 =
             std::sqrt(nth_of(std::span(ratios2).first(lit_groups), (19 * lit_groups - 1) / 20));

@@ -49,10 +49,10 @@ struct FrameLight {
     std::optional<Time> common_mid; ///< of `rows`
     /// Levels of the groups of quality_group_rows rows (FrameQuality::group_rows_for()); empty: full.
     std::vector<QualityLevel> levels;
-    renderer::KeptLight* keep = nullptr; ///< keeps the light of the frame: see kept_window()
+    renderer::ReprojectionSource* keep = nullptr; ///< keeps the light of the frame: see kept_window()
     /// Light of a frame that differs in its time or in poses only: source of the rows at the levels from
     /// reprojected on.
-    renderer::KeptLight* from = nullptr;
+    renderer::ReprojectionSource* from = nullptr;
 
     // What decides about levels while a frame is rendered; its light depends on the levels alone.
     bool adapts = false;                       ///< rows have levels that keep them in time

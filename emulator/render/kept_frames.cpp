@@ -7,13 +7,13 @@ namespace obscura::emulator {
 
 KeptFrames::KeptFrames(const Make& make) {
     if (!make) return;
-    for (std::unique_ptr<renderer::KeptLight>& kept : kept_)
+    for (std::unique_ptr<renderer::ReprojectionSource>& kept : kept_)
         kept = make();
     windows_.reserve(max_windows);
 }
 
-renderer::KeptLight* KeptFrames::begin(const FrameLight& light) noexcept {
-    renderer::KeptLight* const kept = kept_[1 - whole_].get();
+renderer::ReprojectionSource* KeptFrames::begin(const FrameLight& light) noexcept {
+    renderer::ReprojectionSource* const kept = kept_[1 - whole_].get();
     if (kept == nullptr || light.blocks.empty()) return nullptr;
     windows_.clear();
     for (std::size_t w = 0; w < light.windows.size(); ++w)
@@ -29,7 +29,7 @@ void KeptFrames::accept(const FrameLight& frame, double error) noexcept {
 }
 
 KeptFrames::Earlier KeptFrames::earlier(const FrameLight& light) const noexcept {
-    renderer::KeptLight* const kept = kept_[whole_].get();
+    renderer::ReprojectionSource* const kept = kept_[whole_].get();
     if (kept == nullptr || !kept->complete(*light.renderer)) return {};
     const std::span<const renderer::KeptWindow> windows = kept->windows();
     if (windows.size() != light.windows.size()) return {};

@@ -46,9 +46,9 @@ Pose between(const Pose& a, const PoseRates& a_rates, const Pose& b, const PoseR
                                              b_rates.velocity_m_s * span_s, s);
     const Vec3 turn = rotation_vector(conjugate(a.orientation) * b.orientation);
     // With more than half a turn the shortest way is not that of the rates.
-    constexpr double most_rad = 3;
+    constexpr double max_rad = 3;
     const double stated_rad = std::max(length(a_rates.rate_rad_s), length(b_rates.rate_rad_s)) * span_s;
-    if (length(turn) > most_rad || stated_rad > most_rad) return pose;
+    if (length(turn) > max_rad || stated_rad > max_rad) return pose;
     const Vec3 turned =
         hermite(turn, a_rates.rate_rad_s * span_s, vector_rate(turn, b_rates.rate_rad_s) * span_s, s);
     if (const double angle = length(turned); angle > 0)

@@ -32,7 +32,7 @@ constexpr double caution = 1.15;
 /// Rendering stalled if it took more than so many times as long as expected, both by the groups and by their
 /// work, and at least so much longer.
 constexpr double stall_factor = 2;
-constexpr double least_stall_ns = 1e6;
+constexpr double min_stall_ns = 1e6;
 
 /// Share of the period for which rendering may stall before the sparse grid is late.
 constexpr double stall_share = 0.2;
@@ -51,7 +51,7 @@ constexpr double error_weight = 0.2;
 constexpr std::array optional_levels{QualityLevel::full, QualityLevel::goal, QualityLevel::instants,
                                      QualityLevel::grid, QualityLevel::quarter};
 
-std::int64_t whole(double ns) {
+std::int64_t whole_number(double ns) {
     return static_cast<std::int64_t>(ns);
 }
 
@@ -116,10 +116,11 @@ bool QualityController::was_stall(QualityLevel level, double expected_ns, std::i
     double& work_ns = work_ns_[static_cast<std::size_t>(level)];
     const auto seen_ns = static_cast<double>(elapsed_ns);
     const double by_work_ns = work_ns * static_cast<double>(work);
-    const double most_ns = std::max(expected_ns, by_work_ns);
+    const double max_expected_ns = std::max(expected_ns, by_work_ns);
     const double change = by_work_ns > 0 ? std::clamp(seen_ns / by_work_ns, 0.1, 10.0) : 1;
     work_ns = by_work_ns > 0 ? work_ns * std::pow(change, level_weight) : seen_ns / static_cast<double>(work);
-    return by_work_ns > 0 && seen_ns > std::max(stall_factor * most_ns, most_ns + least_stall_ns);
+    return by_work_ns > 0 &&
+           seen_ns > std::max(stall_factor * max_expected_ns, max_expected_ns + min_stall_ns);
 }
 
 bool QualityController::short_of_time(const LevelWork& work, const Frame& frame, std::int32_t group,
@@ -130,7 +131,7 @@ bool QualityController::short_of_time(const LevelWork& work, const Frame& frame,
     const double needed_ns = caution * (cost_ns(QualityLevel::full, group, slab) +
                                         cost_ns(QualityLevel::sixteenth, group, frame.groups - group)) +
                              stall_share * static_cast<double>(frame.period_ns);
-    return work.now() + whole(needed_ns) > due;
+    return work.now() + whole_number(needed_ns) > due;
 }
 
 QualityLevel QualityController::choose(const LevelWork& work, const Frame& frame, Time begin,
@@ -139,16 +140,17 @@ QualityLevel QualityController::choose(const LevelWork& work, const Frame& frame
     if (due == never_due || !known_) return QualityLevel::full;
     Time end = work.due(frame.groups - 1);
     if (frame.period_ns > 0)
-        end = std::min(
-            end, std::max(work.due(0), begin + whole(fair_share * static_cast<double>(frame.period_ns))));
+        end =
+            std::min(end, std::max(work.due(0),
+                                   begin + whole_number(fair_share * static_cast<double>(frame.period_ns))));
     const Time now = work.now();
     for (const QualityLevel level : optional_levels) {
         if (!work.has_level(level)) continue;
-        if (now + whole(caution * cost_ns(level, group, slab)) <= due &&
-            now + whole(caution * cost_ns(level, group, frame.groups - group)) <= end)
+        if (now + whole_number(caution * cost_ns(level, group, slab)) <= due &&
+            now + whole_number(caution * cost_ns(level, group, frame.groups - group)) <= end)
             return moves(work, level, group, slab) ? QualityLevel::reprojected : level;
     }
-    const Time moved = now + whole(caution * cost_ns(QualityLevel::reprojected, group, slab));
+    const Time moved = now + whole_number(caution * cost_ns(QualityLevel::reprojected, group, slab));
     return moved <= due && moves(work, QualityLevel::sixteenth, group, slab) ? QualityLevel::reprojected
                                                                              : QualityLevel::sixteenth;
 }

@@ -14,10 +14,10 @@ std::int64_t RenderRest::owed(Time now, bool first) noexcept {
     if (first)
         slept(now);
     else
-        balance_ns_ = std::min(balance_ns_ + (1 - share_) * static_cast<double>(passed_ns), most_debt_ns);
+        balance_ns_ = std::min(balance_ns_ + (1 - share_) * static_cast<double>(passed_ns), max_debt_ns);
     last_ = now;
     const std::int64_t owed = std::llround(balance_ns_ / share_);
-    return owed < least_ns ? 0 : std::min(owed, most_ns);
+    return owed < min_rest_ns ? 0 : std::min(owed, max_rest_ns);
 }
 
 void RenderRest::slept(Time now) noexcept {

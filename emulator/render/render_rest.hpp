@@ -23,12 +23,12 @@ public:
     /// The thread has slept since the last owed().
     void slept(Time now) noexcept;
 
-    static constexpr std::int64_t least_ns = ns_per_ms;    ///< shorter rests are put together
-    static constexpr std::int64_t most_ns = 2 * ns_per_ms; ///< longer ones are taken in pieces
+    static constexpr std::int64_t min_rest_ns = ns_per_ms;     ///< shorter rests are put together
+    static constexpr std::int64_t max_rest_ns = 2 * ns_per_ms; ///< longer ones are taken in pieces
 
 private:
     static constexpr double credit_for_ns = 100e6; ///< of work: waiting counts for no more
-    static constexpr double most_debt_ns = 20e6;
+    static constexpr double max_debt_ns = 20e6;
 
     double share_;
     double balance_ns_ = 0; ///< of rest that is owed; negative: waited ahead

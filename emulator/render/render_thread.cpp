@@ -21,19 +21,19 @@ constexpr std::int64_t hold_poll_ns = 20'000'000;
 /// Frames whose bodies have moved by less show stars where they were expected.
 constexpr double star_tolerance_px = 0.001;
 /// Frames whose bodies have moved by more are rendered anew: what reprojection does not know grows with it.
-constexpr double most_reprojected_px = 1;
+constexpr double max_reprojected_px = 1;
 /// Lines of a push-broom sensor do not say what is between them if the image moves by more from one to the
 /// next.
-constexpr double most_px_per_line = 1.25;
+constexpr double max_px_per_line = 1.25;
 
 /// Whether a frame can be made of the light of one that is `later_ns` earlier and otherwise looks alike but
 /// for a motion of `error_px`.
 bool is_near(const FrameLight& light, std::int64_t later_ns, double error_px) noexcept {
-    if (!light.push_broom) return error_px <= most_reprojected_px;
+    if (!light.push_broom) return error_px <= max_reprojected_px;
     const Time first = light.rows[0].mid(), second = light.rows[1].mid();
-    if (light.renderer->image_motion_px({first, second}) > most_px_per_line) return false;
+    if (light.renderer->image_motion_px({first, second}) > max_px_per_line) return false;
     // By the same poses lines at other times see what the lines of those times saw.
-    if (light.live) return error_px <= most_reprojected_px;
+    if (light.live) return error_px <= max_reprojected_px;
     return 2 * std::abs(later_ns) < light.rows.back().read - light.rows.front().reset;
 }
 
@@ -194,22 +194,22 @@ double RenderThread::lamp_change_px(const Store& s, const FrameLight& light,
                                     const GroundTruth& truth) const noexcept {
     const std::size_t count = light.renderer->scene().lamps.size();
     if (count == 0 || (!light.live && light.mid() == s.light.mid())) return 0;
-    if (count > most_lamps) return std::numeric_limits<double>::infinity();
-    std::array<Pose, most_lamps> lamps;
+    if (count > max_lamps) return std::numeric_limits<double>::infinity();
+    std::array<Pose, max_lamps> lamps;
     light.renderer->fill_lamps(light.mid(), lamps);
     const auto change = [&](const State& from) {
         return light.renderer->lamp_change_px(from.truth, std::span(from.lamps).first(count), truth,
                                               std::span(lamps).first(count));
     };
-    double most_px = 0;
+    double max_px = 0;
     if (!light.live) {
         State expected;
         expected.note(*light.renderer, s.light.mid());
         return change(expected);
     }
     for (std::size_t i = 0; i < s.seen.load(std::memory_order_acquire); ++i)
-        most_px = std::max(most_px, change(s.states[i]));
-    return most_px;
+        max_px = std::max(max_px, change(s.states[i]));
+    return max_px;
 }
 
 void RenderThread::State::note(const renderer::Renderer& renderer, Time t) noexcept {

@@ -55,7 +55,7 @@ public:
     RenderThread& operator=(const RenderThread&) = delete;
 
     /// Lamps of a scene whose poses or edges are only predicted.
-    static constexpr std::size_t most_lamps = 16;
+    static constexpr std::size_t max_lamps = 16;
 
     /// How far the light of the frame of a trigger may be from that of the expected one.
     struct Tolerance {
@@ -125,7 +125,7 @@ private:
     /// State of a scene, as far as the light depends on it.
     struct State {
         GroundTruth truth;
-        std::array<Pose, most_lamps> lamps;
+        std::array<Pose, max_lamps> lamps;
 
         void note(const renderer::Renderer& renderer, Time t) noexcept;
     };

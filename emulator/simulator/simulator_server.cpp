@@ -171,7 +171,7 @@ void SimulatorServer::work() {
             const bool full = client->input.size() >= max_input;
             watched.push_back({client->fd.get(), static_cast<short>(full ? 0 : POLLIN), 0});
         }
-        const timespec limit{0, Heartbeat::longest_wait_ns};
+        const timespec limit{0, Heartbeat::max_wait_ns};
         if (::ppoll(watched.data(), watched.size(), &limit, nullptr) < 0 && errno != EINTR) break;
         std::uint64_t wakes = 0;
         if (watched[0].revents != 0 && ::read(wake_.get(), &wakes, sizeof wakes) < 0) wakes = 0;

@@ -37,7 +37,7 @@ void Alarm::run() noexcept {
         for (const auto& due : due_ns_)
             next_ns = std::min(next_ns, due.load(std::memory_order_acquire));
         if (const Time now = clock_.now(); next_ns > now.ns) {
-            changed_.wait(seen, std::min(Time{next_ns}, now + Heartbeat::longest_wait_ns));
+            changed_.wait(seen, std::min(Time{next_ns}, now + Heartbeat::max_wait_ns));
             continue;
         }
         for (std::size_t i = 0; i < alarm_count; ++i) {

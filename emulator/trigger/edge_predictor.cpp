@@ -8,7 +8,7 @@ namespace obscura::emulator {
 namespace {
 
 /// An edge further than this share of a period from its prediction does not belong to the series.
-constexpr double most_off = 0.2;
+constexpr double max_offset = 0.2;
 /// Edges whose mean the loop remembers.
 constexpr double memory = 16;
 
@@ -31,7 +31,7 @@ void EdgePredictor::add(Time edge) noexcept {
     }
     const double periods = std::max(1.0, std::round(since_ns / period_ns_));
     const double off_ns = since_ns - periods * period_ns_;
-    if (std::abs(off_ns) > most_off * period_ns_) {
+    if (std::abs(off_ns) > max_offset * period_ns_) {
         edges_ = 1;
         phase_ = edge;
         fraction_ns_ = 0;

@@ -115,9 +115,9 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                                       [](const auto& line) { return line.source == "lockstep"; });
     camera.expects_frames =
         !lockstep && !(config.simulator.enabled && (config.scene.bodies.size() > max_truth_bodies ||
-                                                    config.scene.lamps.size() > RenderThread::most_lamps));
+                                                    config.scene.lamps.size() > RenderThread::max_lamps));
     camera.ahead_tolerance_px = config.render.ahead_tolerance_px;
-    camera.most_ahead_ns = std::llround(config.render.ahead_ms * 1e6);
+    camera.max_ahead_ns = std::llround(config.render.ahead_ms * 1e6);
     // Other scenes show what they must, whenever the edge comes.
     const bool reprojects = camera.expects_frames && ahead == RenderAhead::automatic &&
                             (config.simulator.enabled || camera.scene.mode == SceneTime::clock ||

@@ -182,7 +182,7 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
     return loaded ? "" : "stopped while tiles were made";
 }
 
-void CameraUnit::take_on(const emulator::DaemonConfig& next) {
+void CameraUnit::apply_reload(const emulator::DaemonConfig& next) {
     releaser_->set_late_policy(next.deadline.policy, std::llround(next.deadline.grace_us * 1e3));
     if (!next_renderer_) return;
     probed_scene_.reset();

@@ -61,7 +61,7 @@ public:
     [[nodiscard]] std::string prepare(const emulator::DaemonConfig& next,
                                       const std::function<bool()>& meanwhile);
     /// Second half of a reload, which cannot fail: scene and late policy change from the next frame on.
-    void take_on(const emulator::DaemonConfig& next);
+    void apply_reload(const emulator::DaemonConfig& next);
     /// Discards the scene that prepare() built.
     void dismiss() { next_renderer_.reset(); }
 
@@ -135,7 +135,7 @@ private:
     bool stopped_ = false;
     std::unique_ptr<Imaging> imaging_;
     std::uint64_t scene_fingerprint_ = 0, next_fingerprint_ = 0;
-    std::unique_ptr<renderer::Renderer> next_renderer_; ///< set between prepare() and take_on()
+    std::unique_ptr<renderer::Renderer> next_renderer_; ///< set between prepare() and apply_reload()
     /// A scene that was shown before.
     struct Retired {
         std::shared_ptr<renderer::Renderer> renderer;

@@ -59,9 +59,9 @@ Place apparent_place(const Ephemeris& kernels, int target, int observer, TdbTime
         State state = kernels.state(target, solar_system_barycenter, time);
         if (corrections.light_time) {
             constexpr double settled_s = 1e-9;
-            constexpr int most_steps = 20;
+            constexpr int max_steps = 20;
             double seen_s = 0;
-            for (int step = 0; step < most_steps; ++step) {
+            for (int step = 0; step < max_steps; ++step) {
                 const double next_s = -length(state.position_m - own.position_m) / light_speed_m_s;
                 const bool settled = std::abs(next_s - seen_s) < settled_s;
                 seen_s = next_s;

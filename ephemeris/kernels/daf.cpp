@@ -28,7 +28,7 @@ namespace {
 constexpr std::size_t words_per_record = record_bytes / sizeof(double);
 constexpr std::string_view transfer_start = "DAFETF NAIF DAF ENCODED TRANSFER FILE";
 /// Largest number of doubles of a summary (DAF Required Reading).
-constexpr std::int32_t most_doubles = 124;
+constexpr std::int32_t max_doubles = 124;
 
 static_assert(std::endian::native == std::endian::little, "byte orders are swapped for big-endian files");
 
@@ -58,7 +58,7 @@ bool is_swapped(const std::string& file, const std::byte* data) {
     if (format == "BIG-IEEE") return true;
     if (format.empty()) {
         const auto doubles = read_as<std::int32_t>(data + 8, false);
-        return doubles < 1 || doubles > most_doubles;
+        return doubles < 1 || doubles > max_doubles;
     }
     if (format != "LTL-IEEE")
         throw InputError(fmt::format("{}: number format '{}', allowed LTL-IEEE, BIG-IEEE", file, format));

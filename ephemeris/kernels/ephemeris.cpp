@@ -22,9 +22,9 @@ namespace obscura::ephemeris {
 namespace {
 
 /// Most centres between a body and the barycentre.
-constexpr std::size_t most_links = 16;
+constexpr std::size_t max_links = 16;
 /// Most frames between one and ICRF.
-constexpr int most_frames = 10;
+constexpr int max_frames = 10;
 /// NAIF code of the solar system barycentre, and id of the frame J2000.
 constexpr int j2000 = 1;
 
@@ -158,12 +158,12 @@ struct Ephemeris::Impl {
 
     [[nodiscard]] Evaluation state(int target, int observer, TdbTime time, State& state) const noexcept {
         // Centres of the target, and its state relative to each.
-        std::array<std::pair<int, State>, most_links> links;
+        std::array<std::pair<int, State>, max_links> links;
         std::size_t count = 1;
         links[0] = {target, {}};
         Evaluation end = Evaluation::ok;
         while (links[count - 1].first != observer && links[count - 1].first != solar_system_barycenter &&
-               count < most_links) {
+               count < max_links) {
             links[count] = links[count - 1];
             end = step(links[count].first, links[count].second, time);
             if (end != Evaluation::ok) break;
@@ -172,7 +172,7 @@ struct Ephemeris::Impl {
         // From the observer up to the first common centre.
         State own;
         int center = observer;
-        for (std::size_t i = 0; i < most_links; ++i) {
+        for (std::size_t i = 0; i < max_links; ++i) {
             for (std::size_t k = 0; k < count; ++k)
                 if (links[k].first == center) {
                     state = links[k].second - own;
@@ -199,7 +199,7 @@ struct Ephemeris::Impl {
     }
 
     [[nodiscard]] std::shared_ptr<const FrameModel> frame(std::string_view name, int depth) const {
-        if (depth > most_frames)
+        if (depth > max_frames)
             throw InputError(
                 fmt::format("frame {}: is relative to itself, or too many others", kernel_name(name)));
         const FrameDefinition definition = find_frame(files.pool, names, name);
@@ -289,7 +289,7 @@ std::string Ephemeris::reason(int target, int observer, TdbTime time, Evaluation
     // The first body on either way that has no segment now.
     for (int id : {target, observer}) {
         State ignored;
-        for (std::size_t i = 0; i < most_links && id != solar_system_barycenter; ++i) {
+        for (std::size_t i = 0; i < max_links && id != solar_system_barycenter; ++i) {
             const Impl::Body* const body = impl_->find(id);
             if (body == nullptr) return fmt::format("{}: no kernel has positions of {}", what, named(id));
             if (body->timeline.at(time.seconds()) < 0)
@@ -425,8 +425,8 @@ const KernelPool& Ephemeris::pool() const {
 std::string tdb_text(double tdb_s) {
     int year = 0, month = 0, day = 0;
     int clock[4]{};
-    constexpr double most_s = 2e11;
-    if (!(std::abs(tdb_s) < most_s) ||
+    constexpr double max_s = 2e11;
+    if (!(std::abs(tdb_s) < max_s) ||
         eraD2dtf("TDB", 3, 2451545.0, tdb_s / 86400, &year, &month, &day, clock) < 0)
         return fmt::format("{:.3f} s TDB", tdb_s);
     return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03} TDB", year, month, day, clock[0], clock[1],

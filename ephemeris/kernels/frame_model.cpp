@@ -104,21 +104,21 @@ std::shared_ptr<const FrameModel> make_body_frame(std::vector<BasedPckSegment> s
 
 std::optional<RotationModel> rotation_model(const KernelPool& pool, int id) {
     const auto name = [](int body, const char* what) { return fmt::format("BODY{}_{}", body, what); };
-    constexpr std::size_t most_terms = 3, most_phases = 1000;
+    constexpr std::size_t max_terms = 3, max_phases = 1000;
     RotationModel model;
-    model.pole_ra = copy(pool.numbers(name(id, "POLE_RA"), 1, most_terms));
+    model.pole_ra = copy(pool.numbers(name(id, "POLE_RA"), 1, max_terms));
     if (model.pole_ra.empty()) return std::nullopt;
-    model.pole_dec = copy(pool.numbers(name(id, "POLE_DEC"), 1, most_terms));
-    model.prime_meridian = copy(pool.numbers(name(id, "PM"), 1, most_terms));
+    model.pole_dec = copy(pool.numbers(name(id, "POLE_DEC"), 1, max_terms));
+    model.prime_meridian = copy(pool.numbers(name(id, "PM"), 1, max_terms));
     const std::string& place = pool.find(name(id, "POLE_RA"))->place;
     if (model.pole_dec.empty() || model.prime_meridian.empty())
         throw InputError(
             fmt::format("{}: {} and {} are needed with it", place, name(id, "POLE_DEC"), name(id, "PM")));
-    model.periodic_ra = copy(pool.numbers(name(id, "NUT_PREC_RA"), 1, most_phases));
-    model.periodic_dec = copy(pool.numbers(name(id, "NUT_PREC_DEC"), 1, most_phases));
-    model.periodic_meridian = copy(pool.numbers(name(id, "NUT_PREC_PM"), 1, most_phases));
+    model.periodic_ra = copy(pool.numbers(name(id, "NUT_PREC_RA"), 1, max_phases));
+    model.periodic_dec = copy(pool.numbers(name(id, "NUT_PREC_DEC"), 1, max_phases));
+    model.periodic_meridian = copy(pool.numbers(name(id, "NUT_PREC_PM"), 1, max_phases));
     const int barycenter = barycenter_of(id);
-    model.phases = copy(pool.numbers(name(barycenter, "NUT_PREC_ANGLES"), 1, 10 * most_phases));
+    model.phases = copy(pool.numbers(name(barycenter, "NUT_PREC_ANGLES"), 1, 10 * max_phases));
     const int degree = pool.integer(name(barycenter, "MAX_PHASE_DEGREE")).value_or(1);
     if (degree < 1 || degree > 5)
         throw InputError(fmt::format("{}: degree {}, allowed 1 to 5",

@@ -45,7 +45,7 @@ ValueAndRate chebyshev(std::span<const double> c, double x) noexcept {
 }
 
 ValueAndRate lagrange(std::span<const double> x, std::span<const double> values) noexcept {
-    std::array<ValueAndRate, most_samples> p;
+    std::array<ValueAndRate, max_samples> p;
     for (std::size_t i = 0; i < x.size(); ++i)
         p[i] = {values[i], 0};
     return neville(x, std::span(p).first(x.size()), {});
@@ -53,8 +53,8 @@ ValueAndRate lagrange(std::span<const double> x, std::span<const double> values)
 
 ValueAndRate hermite(std::span<const double> x, std::span<const double> values,
                      std::span<const double> rates) noexcept {
-    std::array<double, 2 * most_samples> nodes;
-    std::array<ValueAndRate, 2 * most_samples> p, given;
+    std::array<double, 2 * max_samples> nodes;
+    std::array<ValueAndRate, 2 * max_samples> p, given;
     const std::size_t n = 2 * x.size();
     for (std::size_t i = 0; i < n; ++i) {
         nodes[i] = x[i / 2];
@@ -82,7 +82,7 @@ bool difference_line(std::span<const double> record, std::size_t n, TdbTime time
 
     // Step ratios.
     const double delta = since(time, record[0]);
-    std::array<double, most_differences + 2> fc{}, wc{}, w{};
+    std::array<double, max_differences + 2> fc{}, wc{}, w{};
     fc[0] = 1;
     double tp = delta;
     for (std::size_t j = 0; j + 2 < order; ++j) {

@@ -18,9 +18,9 @@ struct ValueAndRate {
 [[nodiscard]] ValueAndRate chebyshev(std::span<const double> c, double x) noexcept;
 
 /// Largest number of samples in an interpolation, as in SPICE.
-constexpr std::size_t most_samples = 28;
+constexpr std::size_t max_samples = 28;
 
-/// Lagrange interpolation at 0 of `values` at `x` (equal sizes, at most most_samples, x distinct), by
+/// Lagrange interpolation at 0 of `values` at `x` (equal sizes, at most max_samples, x distinct), by
 /// Neville's scheme.
 [[nodiscard]] ValueAndRate lagrange(std::span<const double> x, std::span<const double> values) noexcept;
 /// Hermite interpolation at 0: as lagrange(), and the derivatives are met too.
@@ -28,7 +28,7 @@ constexpr std::size_t most_samples = 28;
                                    std::span<const double> rates) noexcept;
 
 /// Largest order of a difference line.
-constexpr std::size_t most_differences = 25;
+constexpr std::size_t max_differences = 25;
 /// Modified divided difference array of SPK types 1 and 21: `record` has 4 n + 11 values for differences of
 /// up to `n` orders. Sets position and velocity; false: the record is damaged. Source: F. T. Krogh's variable
 /// order Adams integrator as in NAIF's SPK Required Reading, "Type 1".

@@ -14,7 +14,7 @@ namespace {
 
 /// Deepest nesting of meta-kernels, and most files: more means that they name each other.
 constexpr int deepest = 8;
-constexpr std::size_t most_files = 10'000;
+constexpr std::size_t max_files = 10'000;
 
 /// Replaces "$NAME" by the values of PATH_SYMBOLS and PATH_VALUES, the longest symbol first.
 std::string with_symbols(const std::string& file, const KernelPool& meta) {
@@ -48,8 +48,8 @@ public:
 
     void read(const std::filesystem::path& file, int depth) {
         require_regular_file(file);
-        if (++read_ > most_files)
-            throw InputError(fmt::format("{}: more than {} kernels", file.string(), most_files));
+        if (++read_ > max_files)
+            throw InputError(fmt::format("{}: more than {} kernels", file.string(), max_files));
         if (Daf::starts_as_daf(file)) {
             kernels_.dafs.emplace_back(file);
             return;

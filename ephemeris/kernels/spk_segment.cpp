@@ -87,7 +87,7 @@ void SpkSegment::read_differences() {
     if (words_.size() <= tail) throw InputError(fmt::format("{}: {} values", place_, words_.size()));
     const std::size_t count = count_in(place_, words_.back(), words_.size(), "records");
     differences_ = type_ == 1 ? 15
-                              : count_in(place_, words_[words_.size() - 2], most_differences,
+                              : count_in(place_, words_[words_.size() - 2], max_differences,
                                          "orders of a difference line");
     record_words_ = 4 * differences_ + 11;
     // Both types have a directory of every hundredth time, also where the last time is one.
@@ -103,7 +103,7 @@ void SpkSegment::read_samples() {
     if (words_.size() < 2) throw InputError(fmt::format("{}: {} values", place_, words_.size()));
     const std::size_t count = count_in(place_, words_.back(), words_.size(), "states");
     // Type 9 has the degree of the polynomial, type 13 the number of states less one: the same here.
-    window_ = count_in(place_, words_[words_.size() - 2], most_samples - 1, "as degree of interpolation") + 1;
+    window_ = count_in(place_, words_[words_.size() - 2], max_samples - 1, "as degree of interpolation") + 1;
     if (count * (state_words + 1) + directory_size(count) + 2 != words_.size())
         throw InputError(
             fmt::format("{}: {} states do not fit into {} values", place_, count, words_.size()));
@@ -160,11 +160,11 @@ bool SpkSegment::sampled_state(TdbTime time, State& km) const noexcept {
     const std::size_t before = (window_ - 1) / 2;
     const std::size_t first = std::min(middle < before ? 0 : middle - before, times_.size() - window_);
 
-    std::array<double, most_samples> x, values, rates;
+    std::array<double, max_samples> x, values, rates;
     for (std::size_t i = 0; i < window_; ++i)
         x[i] = -since(time, times_[first + i]);
     const std::span<const double> nodes = std::span(x).first(window_);
-    const auto sample = [&](std::size_t component, std::array<double, most_samples>& out) {
+    const auto sample = [&](std::size_t component, std::array<double, max_samples>& out) {
         for (std::size_t i = 0; i < window_; ++i)
             out[i] = words_[(first + i) * state_words + component];
         return std::span<const double>(out).first(window_);

@@ -35,7 +35,7 @@ Vec3 direction_of(FacePoint at) noexcept {
 }
 
 SkyCells::SkyCells(std::uint32_t edge) : edge_(edge) {
-    assert(edge >= least_edge && edge <= most_edge && edge % group_edge == 0);
+    assert(edge >= min_edge && edge <= max_edge && edge % group_edge == 0);
     const std::uint32_t groups = edge / group_edge;
     groups_.resize(std::size_t{6} * groups * groups);
     cells_.resize(count());

@@ -23,7 +23,7 @@ struct FacePoint {
 /// Grid of cells on the cube's faces, in groups of 4 x 4 cells. Immutable; thread-safe.
 class SkyCells {
 public:
-    static constexpr std::uint32_t least_edge = 4, most_edge = 512, group_edge = 4;
+    static constexpr std::uint32_t min_edge = 4, max_edge = 512, group_edge = 4;
 
     /// `edge`: cells along the edge of a face, a multiple of group_edge within these limits.
     explicit SkyCells(std::uint32_t edge);

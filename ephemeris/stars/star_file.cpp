@@ -95,10 +95,10 @@ void StarFile::read(const std::string& name) {
     expect(header::record_bytes, get<std::uint32_t>(start + header::record_bytes), record_bytes,
            "bytes of a record");
     const auto edge = get<std::uint32_t>(start + header::edge);
-    if (edge < SkyCells::least_edge || edge > SkyCells::most_edge || edge % SkyCells::group_edge != 0)
+    if (edge < SkyCells::min_edge || edge > SkyCells::max_edge || edge % SkyCells::group_edge != 0)
         refuse(header::edge,
                fmt::format("{} sky cells along an edge, allowed are multiples of {} from {} to {}", edge,
-                           SkyCells::group_edge, SkyCells::least_edge, SkyCells::most_edge));
+                           SkyCells::group_edge, SkyCells::min_edge, SkyCells::max_edge));
     const auto stars = get<std::uint64_t>(start + header::stars);
     if (stars > std::numeric_limits<std::uint32_t>::max())
         refuse(header::stars, fmt::format("{} stars, allowed are up to 2^32 - 1", stars));
@@ -130,7 +130,7 @@ void StarFile::read(const std::string& name) {
         complete_v_ = number(header::complete);
     largest_motion_mas_yr_ = get<std::uint32_t>(start + header::motion) * 1e-3;
     largest_parallax_mas_ = get<std::uint32_t>(start + header::parallax) * 1e-3;
-    const std::string_view source(reinterpret_cast<const char*>(start + header::source), most_source_bytes);
+    const std::string_view source(reinterpret_cast<const char*>(start + header::source), max_source_bytes);
     source_ = source.substr(0, source.find('\0'));
 }
 
@@ -167,7 +167,7 @@ CatalogueStar StarFile::star(std::uint32_t number) const noexcept {
     if (const auto colour = get<std::int16_t>(at + record::colour); colour != unknown_colour)
         star.colour_b_v = thousandths(colour);
     if (const std::uint32_t type = get<std::uint16_t>(at + record::type); type > 0) {
-        star.type_number = std::min((type - 1) % luminosity_step, most_type_hundredths) * 0.01;
+        star.type_number = std::min((type - 1) % luminosity_step, max_type_hundredths) * 0.01;
         star.luminosity = static_cast<Luminosity>(std::min((type - 1) / luminosity_step, 3U));
     }
     star.ids = static_cast<StarIds>(std::min<std::uint32_t>(get<std::uint8_t>(at + record::face) >> 4U,
@@ -176,7 +176,7 @@ CatalogueStar StarFile::star(std::uint32_t number) const noexcept {
     return star;
 }
 
-double StarFile::least_cosine(const SkyCells::Cone& cone) noexcept {
+double StarFile::min_cosine(const SkyCells::Cone& cone) noexcept {
     return cone.half_angle_rad >= std::numbers::pi ? -2 : std::cos(cone.half_angle_rad) - 1e-12;
 }
 

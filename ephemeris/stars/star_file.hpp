@@ -92,7 +92,7 @@ public:
     /// Calls `use(number)` for each of these stars, with ascending numbers. Real-time safe if `use` is.
     template<typename Use>
     void for_each(const SkyCells::Cone& cone, double limiting_v, const Use& use) const {
-        const double limit = least_cosine(cone);
+        const double limit = min_cosine(cone);
         cells_->for_each_near(cone, [&](std::uint32_t cell) {
             const std::uint32_t end = first_of(cell + 1);
             for (std::uint32_t i = first_of(cell); i < end; ++i) {
@@ -110,7 +110,7 @@ private:
     [[nodiscard]] const std::byte* record(std::uint32_t number) const noexcept;
     [[nodiscard]] std::uint32_t first_of(std::uint32_t cell) const noexcept;
     /// Cosine of a cone's half angle, less what its rounding may be.
-    [[nodiscard]] static double least_cosine(const SkyCells::Cone& cone) noexcept;
+    [[nodiscard]] static double min_cosine(const SkyCells::Cone& cone) noexcept;
 
     std::shared_ptr<const void> memory_; ///< keeps bytes_ mapped
     std::span<const std::byte> bytes_;
@@ -123,11 +123,11 @@ private:
 };
 
 /// Limits of what a record holds.
-inline constexpr double most_magnitude = 32.767;
-inline constexpr double most_motion_mas_yr = 2'000'000, most_parallax_mas = 2'000'000;
-inline constexpr std::size_t most_source_bytes = 160;
+inline constexpr double max_magnitude = 32.767;
+inline constexpr double max_motion_mas_yr = 2'000'000, max_parallax_mas = 2'000'000;
+inline constexpr std::size_t max_source_bytes = 160;
 
-/// Bytes of a star catalogue file. `source`: what the stars are from; cut to most_source_bytes. Throws
+/// Bytes of a star catalogue file. `source`: what the stars are from; cut to max_source_bytes. Throws
 /// InputError if a star's number is outside the limits of a record, naming its place in `stars`.
 [[nodiscard]] std::vector<std::byte> star_file_bytes(std::span<const CatalogueStar> stars,
                                                      std::string_view source,

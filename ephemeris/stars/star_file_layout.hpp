@@ -15,7 +15,7 @@ inline constexpr std::uint32_t version = 1;
 inline constexpr std::size_t header_bytes = 256, record_bytes = 36;
 inline constexpr std::int32_t unknown_completeness = std::numeric_limits<std::int32_t>::min();
 inline constexpr std::int16_t unknown_colour = std::numeric_limits<std::int16_t>::min();
-inline constexpr std::uint32_t most_type_hundredths = 699, luminosity_step = 1000;
+inline constexpr std::uint32_t max_type_hundredths = 699, luminosity_step = 1000;
 
 /// Offsets in the header.
 namespace header {

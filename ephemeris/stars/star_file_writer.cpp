@@ -22,7 +22,7 @@ constexpr double stars_per_cell = 64;
 std::uint32_t edge_for(std::size_t stars) {
     const double edge = std::sqrt(static_cast<double>(stars) / (6 * stars_per_cell));
     const auto groups = static_cast<std::uint32_t>(std::min(std::ceil(edge / SkyCells::group_edge), 1e6));
-    return std::clamp(groups * SkyCells::group_edge, SkyCells::least_edge, std::uint32_t{128});
+    return std::clamp(groups * SkyCells::group_edge, SkyCells::min_edge, std::uint32_t{128});
 }
 
 template<typename Integer>
@@ -38,11 +38,11 @@ void check(const CatalogueStar& star, std::size_t index) {
     };
     if (!is_finite(star.direction) || !(std::abs(length(star.direction) - 1) < 1e-6))
         throw InputError(fmt::format("star {}: its direction is not a unit vector", index + 1));
-    within(star.motion_ra_mas_yr, most_motion_mas_yr, "proper motion");
-    within(star.motion_dec_mas_yr, most_motion_mas_yr, "proper motion");
-    within(star.parallax_mas, most_parallax_mas, "parallax");
-    within(star.magnitude_v, most_magnitude, "V");
-    if (!std::isnan(star.colour_b_v)) within(star.colour_b_v, most_magnitude, "B-V");
+    within(star.motion_ra_mas_yr, max_motion_mas_yr, "proper motion");
+    within(star.motion_dec_mas_yr, max_motion_mas_yr, "proper motion");
+    within(star.parallax_mas, max_parallax_mas, "parallax");
+    within(star.magnitude_v, max_magnitude, "V");
+    if (!std::isnan(star.colour_b_v)) within(star.colour_b_v, max_magnitude, "B-V");
     if (!std::isnan(star.type_number)) within(star.type_number, 7, "number of the spectral type");
 }
 
@@ -63,7 +63,7 @@ void put_record(const CatalogueStar& star, const FacePoint& at, std::byte* out) 
     if (!std::isnan(star.type_number))
         type = 1 +
                std::min(static_cast<std::uint32_t>(std::lround(std::max(0.0, star.type_number) * 100)),
-                        most_type_hundredths) +
+                        max_type_hundredths) +
                luminosity_step * static_cast<std::uint32_t>(star.luminosity);
     put(out + record::type, static_cast<std::uint16_t>(type));
     put(out + record::face, static_cast<std::uint8_t>(at.face | static_cast<std::uint32_t>(star.ids) << 4U));
@@ -126,7 +126,7 @@ std::vector<std::byte> star_file_bytes(std::span<const CatalogueStar> stars, std
             crc32_z(before, reinterpret_cast<const Bytef*>(start + from), bytes));
     };
     put(start + header::records_crc, crc(0, header_bytes + index_bytes, record_bytes * stars.size()));
-    source = source.substr(0, most_source_bytes);
+    source = source.substr(0, max_source_bytes);
     std::transform(source.begin(), source.end(), start + header::source,
                    [](char c) { return static_cast<std::byte>(c); });
     put(start + header::crc, crc(crc(0, 0, header::crc), header_bytes, index_bytes));

@@ -369,7 +369,7 @@ private:
         const bool last_minute = time.minute == 24 * 60 - 1;
         const bool leap = last_minute && length_ns > ns_per_day;
         // A fraction of more than nine digits may round up to the end of the minute.
-        const std::int64_t most_ns = leap ? length_ns - time.minute * 60 * ns_per_s : 60 * ns_per_s;
+        const std::int64_t max_second_ns = leap ? length_ns - time.minute * 60 * ns_per_s : 60 * ns_per_s;
         const bool written_60 = time.second_ns >= 60 * ns_per_s && text_[time.second_at] == '6';
         if (written_60 && !leap)
             fail(time.second_at, "second 60 without a leap second",
@@ -377,7 +377,7 @@ private:
                      ? fmt::format("0 to 59, or 60 at the end of a day with one (leap seconds of {})",
                                    leap_seconds_.source)
                      : "0 to 59: only UTC has leap seconds");
-        if (time.second_ns > most_ns || (last_minute && length_ns < ns_per_day && ns >= length_ns))
+        if (time.second_ns > max_second_ns || (last_minute && length_ns < ns_per_day && ns >= length_ns))
             fail(time.second_at, "a second that this day does not have",
                  fmt::format("up to {} s", seconds_text(length_ns - time.minute * 60 * ns_per_s)));
         return ns;

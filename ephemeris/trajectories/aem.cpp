@@ -171,9 +171,9 @@ void add_attitude(const KvnReader& reader, const KvnLine& line, const KvnSample&
                     fmt::format("{} numbers after the time, allowed for this ATTITUDE_TYPE are {}", n.size(),
                                 numbers_of(layout)));
     const bool euler = layout.attitude == Attitude::euler;
-    constexpr double most_deg = 1e6;
+    constexpr double max_deg = 1e6;
     for (std::size_t i = 0; i < (layout.attitude == Attitude::quaternion ? 0 : 3); ++i)
-        if (!(std::abs(n[i]) <= most_deg)) reader.fail(line.number, "an angle is beyond 1e6 deg");
+        if (!(std::abs(n[i]) <= max_deg)) reader.fail(line.number, "an angle is beyond 1e6 deg");
     segment.epochs.push_back(sample.epoch);
     if (layout.attitude == Attitude::spin) {
         add_spin(n, segment);

@@ -250,8 +250,8 @@ std::uint32_t degree_of(const KvnBlock& block, std::string_view keyword, std::ui
     const std::string& text = block.required(keyword);
     std::uint32_t degree = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), degree);
-    if (error != std::errc{} || end != text.data() + text.size() || degree < 1 || degree > most_degree)
-        block.fail(keyword, fmt::format("\"{}\", allowed 1 to {}", shown(text), most_degree));
+    if (error != std::errc{} || end != text.data() + text.size() || degree < 1 || degree > max_degree)
+        block.fail(keyword, fmt::format("\"{}\", allowed 1 to {}", shown(text), max_degree));
     return degree;
 }
 

@@ -21,10 +21,10 @@ struct Interpolation {
         hermite,  ///< with velocities; not for attitudes
     };
     Method method = Method::linear;
-    std::uint32_t degree = 1; ///< of the polynomials, 1 to most_degree
+    std::uint32_t degree = 1; ///< of the polynomials, 1 to max_degree
 };
 /// Largest degree of an interpolation, as in SPICE.
-inline constexpr std::uint32_t most_degree = 27;
+inline constexpr std::uint32_t max_degree = 27;
 
 /// Samples of position or attitude over a span of time.
 struct PathSegment {

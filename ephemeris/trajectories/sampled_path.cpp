@@ -17,7 +17,7 @@ using Method = Interpolation::Method;
 /// Samples of an interpolation: times relative to the instant that is asked for.
 struct Window {
     std::size_t first = 0, count = 0;
-    std::array<double, most_samples> time_s{};
+    std::array<double, max_samples> time_s{};
 
     [[nodiscard]] std::span<const double> times() const { return std::span(time_s).first(count); }
 };
@@ -32,7 +32,7 @@ double seconds_between(Epoch a, Epoch b) noexcept {
 Window window_at(const PathSegment& segment, Epoch at, double fraction_s, std::size_t count) noexcept {
     const auto& epochs = segment.epochs;
     Window window;
-    window.count = std::min({count, epochs.size(), most_samples});
+    window.count = std::min({count, epochs.size(), max_samples});
     const auto after =
         static_cast<std::size_t>(std::upper_bound(epochs.begin(), epochs.end(), at) - epochs.begin());
     // As many before as after; of an odd number the one more on the nearer side.
@@ -74,7 +74,7 @@ Vec3 between(const std::vector<Vec3>& values, const Window& two) noexcept {
 
 /// Copies one coordinate of the window's samples.
 void coordinate(const std::vector<Vec3>& values, const Window& window, double Vec3::*axis,
-                std::array<double, most_samples>& out) noexcept {
+                std::array<double, max_samples>& out) noexcept {
     for (std::size_t i = 0; i < window.count; ++i)
         out[i] = values[window.first + i].*axis;
 }
@@ -84,8 +84,8 @@ Vec3 interpolated_position(const PathSegment& segment, Epoch at, double fraction
     if (window.count < 2 || segment.interpolation.method == Method::linear)
         return between(segment.position_m, window);
     Vec3 result;
-    std::array<double, most_samples> values{}, rates{};
-    const auto used = [&](const std::array<double, most_samples>& all) {
+    std::array<double, max_samples> values{}, rates{};
+    const auto used = [&](const std::array<double, max_samples>& all) {
         return std::span<const double>(all).first(window.count);
     };
     for (const auto axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
@@ -114,7 +114,7 @@ Quat interpolated_orientation(const PathSegment& segment, Epoch at, double fract
         return axes * axis_angle({0, 0, 1}, spin[0] + later * (spin[1] - spin[0]));
     }
     Quat result;
-    std::array<double, most_samples> values{};
+    std::array<double, max_samples> values{};
     for (const auto part : {&Quat::w, &Quat::x, &Quat::y, &Quat::z}) {
         for (std::size_t i = 0; i < window.count; ++i)
             values[i] = q[i].*part;
@@ -159,8 +159,8 @@ SampledPath::SampledPath(PathFile file, Epoch zero, double max_extrapolation_s)
 
 SampledPath::Place SampledPath::find(double time_s) const noexcept {
     // Whole nanoseconds and the rest: doubles hold a time since `zero` to some nanoseconds only.
-    constexpr double most_s = 9e9;
-    time_s = std::clamp(time_s, -most_s, most_s);
+    constexpr double max_s = 9e9;
+    time_s = std::clamp(time_s, -max_s, max_s);
     const std::int64_t ns = std::llround(time_s * 1e9);
     const double fraction_s = time_s - static_cast<double>(ns) * 1e-9;
     Epoch at;

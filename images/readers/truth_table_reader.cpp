@@ -20,9 +20,9 @@ namespace obscura::images {
 namespace {
 
 /// Bounds the memory that a hostile file can request.
-constexpr std::size_t most_line_bytes = 65536;
-constexpr long most_table_rows = 100'000'000;
-constexpr int most_columns = 256;
+constexpr std::size_t max_line_bytes = 65536;
+constexpr long max_table_rows = 100'000'000;
+constexpr int max_columns = 256;
 
 /// Cells of a line of a CSV file.
 std::vector<std::string> csv_cells(const std::string& line) {
@@ -48,9 +48,9 @@ TruthLines read_csv_table(const std::filesystem::path& file, const std::string& 
     std::size_t number = 0, frame_column = 0, kind_column = 0;
     for (std::string line; std::getline(in, line);) {
         ++number;
-        if (line.size() > most_line_bytes)
+        if (line.size() > max_line_bytes)
             throw InputError(fmt::format("{}:{}: a line of {} bytes: allowed are {}", file.string(), number,
-                                         line.size(), most_line_bytes));
+                                         line.size(), max_line_bytes));
         std::vector<std::string> cells = csv_cells(line);
         if (out.columns.empty()) {
             out.columns = std::move(cells);
@@ -91,9 +91,9 @@ public:
         if (rows_ > 0 && (width < 1 || rows_ > bytes / width))
             throw InputError(fmt::format("{}: TRUTH: {} rows of {} bytes in a file of {}", file.string(),
                                          rows_, width, bytes));
-        if (rows_ < 0 || rows_ > most_table_rows || columns_ < 1 || columns_ > most_columns)
+        if (rows_ < 0 || rows_ > max_table_rows || columns_ < 1 || columns_ > max_columns)
             throw InputError(fmt::format("{}: TRUTH: {} rows, {} columns: allowed are {} and {}",
-                                         file.string(), rows_, columns_, most_table_rows, most_columns));
+                                         file.string(), rows_, columns_, max_table_rows, max_columns));
     }
     ~FitsTable() {
         int ignored = 0;
@@ -122,7 +122,7 @@ public:
         check();
         int any = 0;
         if (type == TSTRING) {
-            if (repeat < 0 || repeat > static_cast<long>(most_line_bytes))
+            if (repeat < 0 || repeat > static_cast<long>(max_line_bytes))
                 fail("a column of text is too wide");
             std::string text(static_cast<std::size_t>(repeat) + 1, '\0');
             char* at = text.data();

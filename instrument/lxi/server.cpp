@@ -38,8 +38,8 @@ void LxiServer::accept() {
     FileDescriptor socket = listener_.accept();
     // Without a descriptor for it the client waits on: not to be tried without a pause.
     if (!socket) std::this_thread::sleep_for(std::chrono::milliseconds(lxi_poll_interval_ms / 4));
-    if (socket && admission_.admits_peer(socket.get(), "LXI") && clients_.size() < most_clients)
-        clients_.push_back({std::move(socket), {}, Clock::now() + patience});
+    if (socket && admission_.admits_peer(socket.get(), "LXI") && clients_.size() < max_clients)
+        clients_.push_back({std::move(socket), {}, Clock::now() + timeout});
 }
 
 bool LxiServer::serve(Client& client) const {
@@ -48,7 +48,7 @@ bool LxiServer::serve(Client& client) const {
     if (got < 0) return errno == EAGAIN || errno == EINTR;
     client.head.append(buffer.data(), static_cast<std::size_t>(got));
     const bool whole = client.head.find("\r\n\r\n") != std::string::npos;
-    if (got == 0 || (!whole && client.head.size() > most_head_bytes)) return false;
+    if (got == 0 || (!whole && client.head.size() > max_head_bytes)) return false;
     if (!whole) return true;
     sockaddr_in own{};
     socklen_t size = sizeof own;

@@ -18,9 +18,9 @@ namespace obscura::instrument {
 /// Thread-bound.
 class LxiServer {
 public:
-    static constexpr std::size_t most_clients = 16;
-    static constexpr std::size_t most_head_bytes = 4096;
-    static constexpr std::chrono::seconds patience{2}; ///< for the head of a request
+    static constexpr std::size_t max_clients = 16;
+    static constexpr std::size_t max_head_bytes = 4096;
+    static constexpr std::chrono::seconds timeout{2}; ///< for the head of a request
 
     /// `scpi_port`: that the document names; 0: none. `admission` outlives this.
     LxiServer(service::Listener listener, std::string version, std::uint16_t scpi_port,

@@ -28,7 +28,7 @@ namespace {
 constexpr int poll_interval_ms = 50;
 constexpr std::chrono::milliseconds report_period{100};
 constexpr std::chrono::seconds housekeeping_period{1};
-constexpr int most_commands = 32; ///< that are done before anything else is
+constexpr int max_commands = 32; ///< that are done before anything else is
 
 sockaddr_in address_of(const std::string& text) {
     const std::size_t colon = text.rfind(':');
@@ -153,8 +153,8 @@ void PacketService::take(std::span<const std::uint8_t> datagram) {
 }
 
 void PacketService::take_commands() {
-    std::array<std::uint8_t, most_packet_bytes> buffer;
-    for (int i = 0; receiver_ && i < most_commands; ++i) {
+    std::array<std::uint8_t, max_packet_bytes> buffer;
+    for (int i = 0; receiver_ && i < max_commands; ++i) {
         sockaddr_in from{};
         socklen_t from_bytes = sizeof from;
         const ssize_t got = ::recvfrom(receiver_.get(), buffer.data(), buffer.size(), MSG_TRUNC,
@@ -257,13 +257,13 @@ void PacketService::run(const std::function<bool()>& stopped) {
         if (!sender_) continue;
         std::unique_lock lock(mutex_);
         const Steady::time_point now = Steady::now();
-        const bool silent = now - housekeeping_sent_ > longest_silence;
+        const bool silent = now - housekeeping_sent_ > max_silence;
         lock.unlock();
         if (!silent) continue;
         send_housekeeping({});
         // The next one comes after the usual period, unless the daemon answers before.
         lock.lock();
-        housekeeping_sent_ = now - longest_silence + housekeeping_period;
+        housekeeping_sent_ = now - max_silence + housekeeping_period;
     }
 }
 

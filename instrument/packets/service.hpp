@@ -33,7 +33,7 @@ struct PacketOptions {
 class PacketService {
 public:
     /// Without housekeeping, after which it is sent without the state of the daemon.
-    static constexpr std::chrono::seconds longest_silence{3};
+    static constexpr std::chrono::seconds max_silence{3};
 
     /// `admission`: of telecommands; outlives this. Throws Error (exit_usage) for what is no address,
     /// HardwareError if it cannot be used.

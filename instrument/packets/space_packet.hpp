@@ -15,7 +15,7 @@ constexpr std::size_t primary_header_bytes = 6;
 constexpr unsigned sequence_modulus = 1U << 14;
 constexpr unsigned apid_modulus = 1U << 11;
 /// Data field of a packet of this program, secondary header included.
-constexpr std::size_t most_packet_bytes = 512;
+constexpr std::size_t max_packet_bytes = 512;
 
 /// What the primary header tells.
 struct PacketHeader {

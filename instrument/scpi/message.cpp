@@ -12,7 +12,7 @@
 namespace obscura::instrument {
 namespace {
 
-constexpr std::size_t most_digits = 255; // IEEE 488.2, 7.7.2.4.1
+constexpr std::size_t max_digits = 255; // IEEE 488.2, 7.7.2.4.1
 constexpr int largest_exponent = 32000;
 
 // ASCII only, whatever the locale.
@@ -40,8 +40,8 @@ std::string MessageParser::mnemonic() {
     if (!is_letter(peek())) throw ScpiError(ScpiCode::invalid_character);
     while (is_word(peek()))
         ++place_;
-    if (place_ - begin > longest_mnemonic)
-        throw ScpiError(ScpiCode::mnemonic_too_long, std::string(text_.substr(begin, longest_mnemonic)));
+    if (place_ - begin > max_mnemonic)
+        throw ScpiError(ScpiCode::mnemonic_too_long, std::string(text_.substr(begin, max_mnemonic)));
     std::string name(text_.substr(begin, place_ - begin));
     std::transform(name.begin(), name.end(), name.begin(), upper_case_letter);
     return name;
@@ -60,7 +60,7 @@ void MessageParser::header(ProgramUnit& unit) {
         unit.header.push_back(mnemonic());
         while (peek() == ':') {
             ++place_;
-            if (unit.header.size() == most_nodes) throw ScpiError(ScpiCode::undefined_header);
+            if (unit.header.size() == max_nodes) throw ScpiError(ScpiCode::undefined_header);
             unit.header.push_back(mnemonic());
         }
     }
@@ -90,7 +90,7 @@ Parameter MessageParser::decimal() {
         count += digits();
     }
     if (count == 0) throw ScpiError(ScpiCode::invalid_character_in_number);
-    if (count > most_digits) throw ScpiError(ScpiCode::too_many_digits);
+    if (count > max_digits) throw ScpiError(ScpiCode::too_many_digits);
     // "5 E3" has the exponent of 5E3; "5 EV" has a suffix.
     const std::size_t mantissa_end = place_;
     std::string number(text_.substr(begin, place_ - begin));
@@ -124,7 +124,7 @@ Parameter MessageParser::decimal() {
     const std::size_t suffix = place_;
     while (is_letter(peek()) || peek() == '/')
         ++place_;
-    if (place_ - suffix > longest_mnemonic) throw ScpiError(ScpiCode::invalid_suffix);
+    if (place_ - suffix > max_mnemonic) throw ScpiError(ScpiCode::invalid_suffix);
     result.suffix = text_.substr(suffix, place_ - suffix);
     std::transform(result.suffix.begin(), result.suffix.end(), result.suffix.begin(), upper_case_letter);
     return result;
@@ -181,8 +181,8 @@ Parameter MessageParser::word() {
     Parameter result;
     while (is_word(peek()))
         result.text += text_[place_++];
-    if (result.text.size() > longest_word)
-        throw ScpiError(ScpiCode::character_data_too_long, result.text.substr(0, longest_word));
+    if (result.text.size() > max_word_bytes)
+        throw ScpiError(ScpiCode::character_data_too_long, result.text.substr(0, max_word_bytes));
     return result;
 }
 
@@ -215,7 +215,7 @@ std::optional<ProgramUnit> MessageParser::next() {
     skip_blanks();
     if (!at_end() && peek() != ';') {
         while (true) {
-            if (unit.parameters.size() == most_parameters) throw ScpiError(ScpiCode::parameter_not_allowed);
+            if (unit.parameters.size() == max_parameters) throw ScpiError(ScpiCode::parameter_not_allowed);
             unit.parameters.push_back(parameter());
             skip_blanks();
             if (peek() != ',') break;

@@ -36,10 +36,10 @@ struct ProgramUnit {
 /// Takes a program message apart, unit by unit. The text outlives it.
 class MessageParser {
 public:
-    static constexpr std::size_t longest_mnemonic = 12; ///< IEEE 488.2, 7.6.1.4.1
-    static constexpr std::size_t longest_word = 64;     ///< longer than the standard's 12, for SFNC names
-    static constexpr std::size_t most_nodes = 8;        ///< of a header
-    static constexpr std::size_t most_parameters = 16;
+    static constexpr std::size_t max_mnemonic = 12;   ///< IEEE 488.2, 7.6.1.4.1
+    static constexpr std::size_t max_word_bytes = 64; ///< longer than the standard's 12, for SFNC names
+    static constexpr std::size_t max_nodes = 8;       ///< of a header
+    static constexpr std::size_t max_parameters = 16;
 
     /// `line`: without its terminator.
     explicit MessageParser(std::string_view line) : text_(line) {}

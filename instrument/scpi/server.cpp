@@ -43,9 +43,9 @@ bool ready(int socket, short what) {
 }
 
 /// Sends all of `bytes`. False: the client has gone, does not read, or `ended` is true.
-bool send_all(int socket, std::string_view bytes, std::chrono::seconds patience,
+bool send_all(int socket, std::string_view bytes, std::chrono::seconds timeout,
               const std::function<bool()>& ended) {
-    const Clock::time_point end = Clock::now() + patience;
+    const Clock::time_point end = Clock::now() + timeout;
     while (!bytes.empty()) {
         const ssize_t sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
         if (sent > 0) {
@@ -71,10 +71,10 @@ ScpiServer::ScpiServer(const ScpiLimits& limits, DaemonAddress daemon, std::stri
 
 ScpiServer::~ScpiServer() {
     ending_ = true;
-    bury(true);
+    reap_closed_clients(true);
 }
 
-void ScpiServer::bury(bool all) {
+void ScpiServer::reap_closed_clients(bool all) {
     std::erase_if(clients_, [all](const std::unique_ptr<Client>& client) {
         if (!all && !client->done) return false;
         client->thread.join();
@@ -136,7 +136,7 @@ void ScpiServer::accept(const ScpiPort& port) {
         return;
     }
     if (!admission_.admits_peer(socket.get(), "SCPI")) return; // closes it
-    bury(false);
+    reap_closed_clients(false);
     // Clients of ports for queries leave places for those that command.
     if (!port.may_change && read_only_clients() >= limits_.read_only) make_room(true);
     if (!port.may_change && read_only_clients() >= limits_.read_only) return;
@@ -169,7 +169,7 @@ void ScpiServer::run(const std::function<bool()>& stopped) {
         if (::poll(watched.data(), watched.size(), scpi_poll_interval_ms) > 0)
             for (std::size_t i = 0; i < ports_.size(); ++i)
                 if (watched[i].revents != 0) accept(ports_[i]);
-        bury(false);
+        reap_closed_clients(false);
     }
 }
 

@@ -66,7 +66,7 @@ private:
     void make_room(bool of_read_only);
     [[nodiscard]] std::size_t read_only_clients() const;
     /// Joins the clients that are done, or all.
-    void bury(bool all);
+    void reap_closed_clients(bool all);
 
     const ScpiLimits limits_;
     const DaemonAddress daemon_;

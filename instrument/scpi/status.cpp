@@ -46,7 +46,7 @@ std::string Status::take_error() {
     }
     std::string text(name_of(first.code));
     if (!first.detail.empty()) text += ";" + first.detail;
-    return fmt::format("{},{}", static_cast<int>(first.code), string_data(text.substr(0, longest_text)));
+    return fmt::format("{},{}", static_cast<int>(first.code), string_data(text.substr(0, max_text_bytes)));
 }
 
 std::uint8_t Status::status_byte(bool message_available) const noexcept {

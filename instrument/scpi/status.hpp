@@ -57,7 +57,7 @@ struct StatusRegister {
 class Status {
 public:
     static constexpr std::size_t queue_length = 32;
-    static constexpr std::size_t longest_text = 255; ///< of an error, SCPI-1999 21.8
+    static constexpr std::size_t max_text_bytes = 255; ///< of an error, SCPI-1999 21.8
 
     StatusRegister operation, questionable;
     std::uint8_t event_enable = 0, service_enable = 0;

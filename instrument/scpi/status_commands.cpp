@@ -13,7 +13,7 @@
 namespace obscura::instrument {
 namespace {
 
-constexpr std::uint32_t most_byte = 255, most_word = 65535;
+constexpr std::uint32_t max_byte_value = 255, max_word = 65535;
 
 std::string text(std::uint32_t number) {
     return fmt::format("{}", number);
@@ -96,7 +96,7 @@ void add_register(std::vector<Command>& rows, std::string_view event, std::strin
                     .set =
                         [](const ScpiCall& call) {
                             (call.context.status.*which).enable =
-                                static_cast<std::uint16_t>(integer_of(call.parameters[0], most_word));
+                                static_cast<std::uint16_t>(integer_of(call.parameters[0], max_word));
                             return std::string();
                         },
                     .query = [](const ScpiCall& call) { return text((call.context.status.*which).enable); },
@@ -141,7 +141,7 @@ std::vector<Command> status_commands() {
          .set =
              [](const ScpiCall& call) {
                  call.context.status.event_enable =
-                     static_cast<std::uint8_t>(integer_of(call.parameters[0], most_byte));
+                     static_cast<std::uint8_t>(integer_of(call.parameters[0], max_byte_value));
                  return std::string();
              },
          .query = [](const ScpiCall& call) { return text(call.context.status.event_enable); },
@@ -157,7 +157,7 @@ std::vector<Command> status_commands() {
              [](const ScpiCall& call) {
                  constexpr std::uint32_t summary_bit = 1U << 6; // not settable: IEEE 488.2, 11.3.2.3
                  call.context.status.service_enable =
-                     static_cast<std::uint8_t>(integer_of(call.parameters[0], most_byte) & ~summary_bit);
+                     static_cast<std::uint8_t>(integer_of(call.parameters[0], max_byte_value) & ~summary_bit);
                  return std::string();
              },
          .query = [](const ScpiCall& call) { return text(call.context.status.service_enable); },

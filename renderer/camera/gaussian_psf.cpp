@@ -58,7 +58,7 @@ void interpolate_table(const float* table, const Doubles& u, Doubles& offset) {
 }
 
 /// Narrower PSFs would need large tables.
-constexpr double least_tabulated_px = 0.02;
+constexpr double min_tabulated_px = 0.02;
 
 /// Hermite's cubic at `t` between the values and slopes `a` and `b`, `stride` apart, of `count` pixels.
 OBSCURA_VECTOR_CLONES
@@ -83,7 +83,7 @@ GaussianAxis::GaussianAxis(double sigma_px) : sigma_px_(sigma_px), reach_px_(0.5
     }
     quantiles_[intervals / 2] = 0;
     reach_px_ = -static_cast<double>(quantiles_[0]);
-    if (sigma_px >= least_tabulated_px) make_weights();
+    if (sigma_px >= min_tabulated_px) make_weights();
 }
 
 void GaussianAxis::offsets(const Doubles& u, Doubles& offset) const {

@@ -16,7 +16,7 @@ namespace {
 
 using std::numbers::pi;
 /// Margin beyond the sensor within which directions are projected, for bodies and stars that reach in.
-constexpr double least_margin_px = 32;
+constexpr double min_margin_px = 32;
 
 } // namespace
 
@@ -34,21 +34,21 @@ Lens::Lens(const scene::Camera& camera)
       pupil_cosine_(camera.pupil_cosine) {
     switch (projection_) {
     case scene::Projection::pinhole:
-        most_angle_rad_ = pi / 2 - 1e-6;
+        max_angle_rad_ = pi / 2 - 1e-6;
         break;
     case scene::Projection::orthographic:
-        most_angle_rad_ = pi / 2;
+        max_angle_rad_ = pi / 2;
         break;
     case scene::Projection::stereographic:
-        most_angle_rad_ = pi - 1e-6;
+        max_angle_rad_ = pi - 1e-6;
         break;
     case scene::Projection::equidistant:
     case scene::Projection::equisolid:
-        most_angle_rad_ = pi;
+        max_angle_rad_ = pi;
         break;
     }
-    most_radius_ = radius(most_angle_rad_);
-    limit_rad_ = most_angle_rad_;
+    max_radius_ = radius(max_angle_rad_);
+    limit_rad_ = max_angle_rad_;
 
     // Check that the distortion is invertible over the sensor, and find the largest angle of a pixel.
     for (int i = 0; i <= 32; ++i)
@@ -83,7 +83,7 @@ Lens::Lens(const scene::Camera& camera)
     pixel_angle_rad_ = (pixel_angle_rad_ > 0 ? pixel_angle_rad_ : std::max(scale_x_, scale_y_)) * 1.2;
     // The wings are an ellipse in rectangular pixels.
     const double wings_px = camera.psf.wings_px * std::max(1.0, 1 / camera.pixel_aspect());
-    limit_rad_ = std::min(most_angle_rad_, field_angle_rad(std::max(least_margin_px, wings_px + 1)) + 1e-9);
+    limit_rad_ = std::min(max_angle_rad_, field_angle_rad(std::max(min_margin_px, wings_px + 1)) + 1e-9);
 }
 
 double Lens::radius(double t) const {
@@ -148,8 +148,8 @@ Vec3 Lens::direction_at(double x, double y, double& solid_angle_sr) const {
     const std::optional<PlanePoint> ideal = distortion_.ideal(real, area_ratio);
     const PlanePoint p = ideal ? *ideal : real;
     const double r = std::sqrt(p.x * p.x + p.y * p.y);
-    const double t = std::min(angle(std::min(r, most_radius_)), most_angle_rad_);
-    const bool inside = ideal.has_value() && r <= most_radius_;
+    const double t = std::min(angle(std::min(r, max_radius_)), max_angle_rad_);
+    const bool inside = ideal.has_value() && r <= max_radius_;
     solid_angle_sr = inside ? scale_x_ * scale_y_ * area_ratio * solid_angle_per_area(t) : 0;
     if (r == 0) return {0, 0, 1};
     const double s = std::sin(t) / r;
@@ -173,7 +173,7 @@ double Lens::solid_angle_sr(double x, double y) const {
 std::optional<ImagePoint> Lens::project_any(Vec3 direction) const {
     const double across = std::sqrt(direction.x * direction.x + direction.y * direction.y);
     const double t = std::atan2(across, direction.z);
-    if (!(t <= most_angle_rad_)) return std::nullopt;
+    if (!(t <= max_angle_rad_)) return std::nullopt;
     const double s = across > 0 ? radius(t) / across : 0;
     const std::optional<PlanePoint> p = distortion_.real({direction.x * s, direction.y * s});
     if (!p) return std::nullopt;
@@ -216,7 +216,7 @@ double Lens::field_angle_rad(double margin) const {
         double inside = 0;
         const Vec3 d = direction_at(x, y, inside);
         most =
-            std::max(most, inside > 0 ? std::atan2(std::sqrt(d.x * d.x + d.y * d.y), d.z) : most_angle_rad_);
+            std::max(most, inside > 0 ? std::atan2(std::sqrt(d.x * d.x + d.y * d.y), d.z) : max_angle_rad_);
     };
     // Reduce the margin until the distortion has an inverse everywhere in it.
     double m = margin;

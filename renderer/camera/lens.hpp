@@ -41,8 +41,8 @@ private:
     double scale_x_, scale_y_; ///< pitch / focal length
     double centre_x_, centre_y_, cosine_, sine_;
     bool pupil_cosine_;
-    double most_radius_, most_angle_rad_; ///< of the projection itself
-    double limit_rad_ = 0;                ///< directions farther from the boresight are not projected
+    double max_radius_, max_angle_rad_; ///< of the projection itself
+    double limit_rad_ = 0;              ///< directions farther from the boresight are not projected
     double pixel_angle_rad_ = 0;
 };
 

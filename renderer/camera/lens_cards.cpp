@@ -12,7 +12,7 @@ namespace obscura::renderer {
 namespace {
 
 /// A keyword has room for three digits.
-constexpr std::size_t most_table_rows = 1000;
+constexpr std::size_t max_table_rows = 1000;
 
 } // namespace
 
@@ -20,7 +20,7 @@ images::Cards lens_cards(const scene::Camera& camera) {
     const scene::Distortion& d = camera.distortion;
     const bool table = d.model == scene::Distortion::Model::table;
     const std::size_t count =
-        table ? std::min({d.ideal_mm.size(), d.real_mm.size(), most_table_rows}) : d.coefficients.size();
+        table ? std::min({d.ideal_mm.size(), d.real_mm.size(), max_table_rows}) : d.coefficients.size();
     images::Cards cards{
         {"PROJ", std::string(name_of(camera.projection)), "projection of the lens"},
         {"SENSROT", camera.sensor_rotation_rad * 180 / std::numbers::pi,

@@ -17,7 +17,7 @@ namespace obscura::renderer {
 namespace {
 
 constexpr long largest_side = 4096;
-constexpr std::int32_t most_images = 4096;
+constexpr std::int32_t max_images = 4096;
 
 struct CloseFits {
     void operator()(fitsfile* file) const {
@@ -84,7 +84,7 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
         fits_get_img_param(fits.get(), 3, &bits, &axes, size, &status);
         if (status != 0 || axes == 0) continue;
         if (axes > 3 || axes < 2 || size[0] < 3 || size[1] < 3 || size[0] > largest_side ||
-            size[1] > largest_side || size[2] < 1 || size[2] > most_images)
+            size[1] > largest_side || size[2] < 1 || size[2] > max_images)
             refuse(file, fmt::format("extension {}: {} x {} x {} values: allowed are images, or cubes of "
                                      "them, of 3 to {} a side",
                                      hdu - 1, size[0], size[1], size[2], largest_side));
@@ -108,7 +108,7 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
                                      hdu - 1));
         const auto count = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
         for (long plane = 0; plane < size[2]; ++plane) {
-            if (images.size() >= static_cast<std::size_t>(most_images)) refuse(file, "more than 4096 images");
+            if (images.size() >= static_cast<std::size_t>(max_images)) refuse(file, "more than 4096 images");
             // This image, and the copy of it in the list.
             require_memory(2 * count * sizeof(double), file.string());
             image.values.assign(count, 0);

@@ -20,7 +20,7 @@ constexpr std::int32_t period = 64;
 constexpr std::int32_t aliases = 1; ///< on either side
 constexpr std::size_t radii = 2048, frequencies = 768;
 /// Largest wave number, in radians per cell, of the periodic grid and its aliases.
-constexpr double most_frequency = (2 * aliases + 1) * pi * std::numbers::sqrt2 * 1.01;
+constexpr double max_frequency = (2 * aliases + 1) * pi * std::numbers::sqrt2 * 1.01;
 
 /// Fraction of the wings at a radius, in cells of the level that fades in, which belongs to that level and
 /// those above.
@@ -51,7 +51,7 @@ public:
     }
     /// Cubic interpolation in a transform, which is even.
     static double at(const std::vector<double>& transform, double wave_number) {
-        const double position = wave_number / most_frequency * frequencies;
+        const double position = wave_number / max_frequency * frequencies;
         const auto i = std::min(static_cast<std::size_t>(position), frequencies);
         const double t = position - static_cast<double>(i);
         const double before = transform[i > 0 ? i - 1 : 1];
@@ -63,7 +63,7 @@ public:
     }
 
 private:
-    static double frequency(std::size_t k) { return static_cast<double>(k) * most_frequency / frequencies; }
+    static double frequency(std::size_t k) { return static_cast<double>(k) * max_frequency / frequencies; }
 
     std::vector<float> bessel_; ///< times the radius
 };

@@ -322,7 +322,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         round = 1;
     } else {
         const std::uint32_t first =
-            near.small ? near.samples : std::min(near.samples, sampling_.most_samples);
+            near.small ? near.samples : std::min(near.samples, sampling_.sample_limit);
         for (int i = 0; i < packet_size; ++i)
             wanted[i] = result.covered[i] ? first : 0;
     }

@@ -26,7 +26,7 @@ struct Sampling {
     std::uint32_t max_samples = 4; ///< per pixel, unless the row's bodies require more
     double target_error = 0;       ///< 0: the samples that the row's bodies require
     /// Upper limit of those where no body near is BodyState::small.
-    std::uint32_t most_samples = std::numeric_limits<std::uint32_t>::max();
+    std::uint32_t sample_limit = std::numeric_limits<std::uint32_t>::max();
     bool grid_only = false; ///< there, no samples beyond the shared grid
     /// Once it is true, pixels get no further samples: what they hold is of no use. Null: never.
     const std::atomic<bool>* cancel = nullptr;

@@ -10,7 +10,7 @@ namespace obscura::renderer {
 namespace {
 
 /// Bounds of r = V(k+1) / V(k): independent samples, and better than any scene measured.
-constexpr double most_ratio = 0.5;
+constexpr double max_ratio = 0.5;
 constexpr double min_noise_ratio = 0.2;
 /// The ratio before any is measured (measured at 2 to 4 samples: 0.25 to 0.26 for sunlit bodies, 0.31 to 0.48
 /// for indirect light), and its weight in pixels: at 4 samples, where the ratio measured is that of one
@@ -105,7 +105,7 @@ void NoiseSums::variance(bool sunlight_only, Doubles& variance) const {
             const double prior = (level == 2 ? few_samples_weight : ratio_weight) / pixels;
             ratio = (ratio_rise * lasts / previouses + prior * ratio) / (1 + prior);
         }
-        return std::clamp(ratio, min_noise_ratio, most_ratio);
+        return std::clamp(ratio, min_noise_ratio, max_ratio);
     };
     Doubles own{}; // variance of each pixel from its own samples
     double ratio = 0;

@@ -14,7 +14,7 @@ namespace {
 /// First of the pairs of random numbers for planetshine: beyond those of any bounce's own four.
 constexpr std::uint32_t planetshine_pairs = 0x10000000;
 /// At vertices in direct sunlight, sources below this share of the Sun's irradiance are left to chance.
-constexpr double least_sunlit_ratio = 2e-3;
+constexpr double min_sunlit_ratio = 2e-3;
 
 void copy_lanes(const Lanes& which, const SurfacePacket& from, SurfacePacket& to) {
     copy_lanes(which, from.position, to.position);
@@ -181,7 +181,7 @@ void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex,
         for (std::size_t c = 0; c < channels; ++c)
             light = std::max(light, out.v[c][i]);
         const PlanetshineSource brightest = source_of(i, 0);
-        const bool matters = light > 0 ? brightest.ratio > least_sunlit_ratio : brightest.body >= 0;
+        const bool matters = light > 0 ? brightest.ratio > min_sunlit_ratio : brightest.body >= 0;
         paths.shone_on[i] = matters ? vertex.of[i] : -1;
     }
     for (std::size_t slot = 0; slot < max_planetshine_sources; ++slot) {

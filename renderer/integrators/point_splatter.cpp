@@ -21,7 +21,7 @@ constexpr std::uint32_t samples_per_job = 2048;
 /// For the wings, which are smooth over several pixels, points in squares of this size are merged.
 constexpr double merged_px = 0.25;
 /// Pixels of a tile for each of its points from which on there is none.
-constexpr std::size_t least_pixels_per_point = 8;
+constexpr std::size_t min_pixels_per_point = 8;
 
 /// Samples of the lit part of a disc.
 std::uint32_t disc_samples(const BodyState& body) {
@@ -43,11 +43,11 @@ std::uint32_t disc_samples(const BodyState& body) {
 /// Samples of the lit facets: more where many of them are in shadow.
 std::uint32_t facet_samples(const BodyState& body) {
     const double lit_share = body.disc.lit_share();
-    const std::uint32_t samples = lit_share > 0.6     ? least_facet_samples
-                                  : lit_share > 0.2   ? 2 * least_facet_samples
-                                  : lit_share > 0.012 ? 4 * least_facet_samples
-                                  : lit_share > 0.004 ? 8 * least_facet_samples
-                                                      : 16 * least_facet_samples;
+    const std::uint32_t samples = lit_share > 0.6     ? min_facet_samples
+                                  : lit_share > 0.2   ? 2 * min_facet_samples
+                                  : lit_share > 0.012 ? 4 * min_facet_samples
+                                  : lit_share > 0.004 ? 8 * min_facet_samples
+                                                      : 16 * min_facet_samples;
     // No fewer than pixels would take of a crescent.
     const double lit_px = lit_share * std::numbers::pi * body.radius_px * body.radius_px;
     const double pixel_samples = 4.0 * body.samples * lit_px;
@@ -283,7 +283,7 @@ void PointSplatter::fill_tile(BodyPoints& light) const {
     light.tile_rows = after(most.y) - light.tile_y + 1;
     const auto width = static_cast<std::size_t>(light.tile_width);
     const std::size_t area = width * static_cast<std::size_t>(light.tile_rows);
-    if (points.at.size() * least_pixels_per_point < area) return;
+    if (points.at.size() * min_pixels_per_point < area) return;
     const std::size_t channels = points.amount.size() / points.at.size();
     light.tile.assign(channels * area, 0);
     const auto pixel = [&](std::size_t c, std::int32_t x, std::int32_t y) {

@@ -14,9 +14,9 @@ namespace {
 constexpr double wide_sigmas = 4;
 
 /// A narrower PSF would show the grid's shift: it moves a slope by 2/pi exp(-2 pi^2 sigma^2) px at most.
-constexpr double least_sigma_px = 0.4;
+constexpr double min_sigma_px = 0.4;
 /// The kernel of a wider one would reach beyond the points that roughness() covers.
-constexpr double most_sigma_px = 0.75;
+constexpr double max_sigma_px = 0.75;
 
 double reach_of(const GaussianPsf& psf) {
     return std::ceil(0.5 + wide_sigmas * std::max(psf.x.sigma_px(), psf.y.sigma_px()));
@@ -65,7 +65,7 @@ void fit_planes(const double (&points)[3][packet_size + 2], GridRoughness& rough
 
 bool SampleGridKernel::fits(const GaussianPsf& psf) {
     const auto good = [](const GaussianAxis& axis) {
-        return axis.sigma_px() >= least_sigma_px && axis.sigma_px() <= most_sigma_px;
+        return axis.sigma_px() >= min_sigma_px && axis.sigma_px() <= max_sigma_px;
     };
     return good(psf.x) && good(psf.y);
 }

@@ -14,7 +14,7 @@ namespace obscura::renderer {
 namespace {
 
 /// Rows that are not divided further.
-constexpr std::size_t least_rows = 16;
+constexpr std::size_t min_rows = 16;
 /// Reserve of the cone for which stars are looked up, so that the next blocks and frames find them there.
 constexpr double spare_rad = 0.01;
 /// Reserve for motions and parallaxes until the observer has moved by so much, and for the deflection of
@@ -155,8 +155,8 @@ void StarRows::split(const Block& block, std::size_t first_row, std::size_t end_
         const Vec3 towards = camera_from_inertial * view.stars.places[near.star].from(block.observer);
         const double shift_rad = turn_rad + block.aberration_rad + spare_shift_rad;
         // Farther away the scale of the lens may be another one; the camera sees the star in any row then.
-        constexpr double most_shift_rad = 0.05;
-        const auto at = shift_rad < most_shift_rad ? lens_.project(towards) : std::nullopt;
+        constexpr double max_shift_rad = 0.05;
+        const auto at = shift_rad < max_shift_rad ? lens_.project(towards) : std::nullopt;
         if (at) {
             const double reach = reach_px_ + 1 + 1.5 * shift_rad / lens_.local_pixel_angle_rad(towards);
             near.from_y = at->y - reach;
@@ -170,7 +170,7 @@ void StarRows::split(const Block& block, std::size_t first_row, std::size_t end_
         }
         view.near.push_back(near);
     }
-    if (close || end_row - first_row <= least_rows) {
+    if (close || end_row - first_row <= min_rows) {
         for (std::size_t r = first_row; r < end_row; ++r) {
             const double y = block.y(r);
             for (std::size_t i = end_near; i < view.near.size(); ++i)

@@ -23,10 +23,10 @@ static_assert(cell_samples <= Tracer::batch_size);
 
 /// Bodies of a smaller radius, in cells, are sampled by points: by as many as cells would take, or more.
 constexpr double small_radius_cells = 16;
-constexpr std::uint32_t least_points = 1024;
-constexpr std::uint32_t most_points = 4096;
+constexpr std::uint32_t min_points = 1024;
+constexpr std::uint32_t max_points = 4096;
 constexpr std::uint32_t points_per_job = 256;
-static_assert(most_points >= cell_samples * 3 * small_radius_cells * small_radius_cells);
+static_assert(max_points >= cell_samples * 3 * small_radius_cells * small_radius_cells);
 
 std::uint64_t stream_of(Time time, std::size_t level) {
     return static_cast<std::uint64_t>(time.ns) * 32 + level;
@@ -55,14 +55,14 @@ void WingMap::set_bodies(const Projection& lens, const RowState& row) {
         // About as many as cells would take, to the next power of two.
         const double as_cells = 4 * cell_samples * cells * cells;
         const std::uint32_t few =
-            std::clamp(std::bit_floor(static_cast<std::uint32_t>(as_cells * std::numbers::sqrt2)),
-                       least_points, most_points);
+            std::clamp(std::bit_floor(static_cast<std::uint32_t>(as_cells * std::numbers::sqrt2)), min_points,
+                       max_points);
         const auto add = [&](LitDisc::Part part, bool crescent, bool of_facets) {
             const int from_level = crescent ? 0 : level;
             if (from_level == static_cast<int>(kernels_.levels())) return;
             // Half as many in the dark, unless it shines by itself.
             const bool faint = part == LitDisc::Part::dark && body.built->emission.empty();
-            const std::uint32_t count = crescent ? most_points : faint ? few / 2 : few;
+            const std::uint32_t count = crescent ? max_points : faint ? few / 2 : few;
             for (std::uint32_t first = 0; first < count; first += points_per_job) {
                 point_jobs_.push_back({static_cast<std::int32_t>(b), part, from_level, first, points_per_job,
                                        count, points, of_facets});

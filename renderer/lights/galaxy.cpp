@@ -17,11 +17,11 @@ using std::numbers::pi;
 double gamma_p(double a, double x) {
     if (!(x > 0)) return 0;
     const double scale = std::exp(a * std::log(x) - x - std::lgamma(a));
-    constexpr int most_terms = 1000;
+    constexpr int max_terms = 1000;
     if (x < a + 1) {
         double term = 1 / a;
         double sum = term;
-        for (int n = 1; n < most_terms && term > 1e-15 * sum; ++n) {
+        for (int n = 1; n < max_terms && term > 1e-15 * sum; ++n) {
             term *= x / (a + n);
             sum += term;
         }
@@ -31,7 +31,7 @@ double gamma_p(double a, double x) {
     double c = 1e300;
     double d = 1 / b;
     double h = d;
-    for (int n = 1; n < most_terms; ++n) {
+    for (int n = 1; n < max_terms; ++n) {
         const double step = -n * (n - a);
         b += 2;
         d = 1 / (step * d + b);

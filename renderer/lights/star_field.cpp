@@ -130,7 +130,7 @@ void StarField::irradiance_of(std::uint32_t number, std::span<double> irradiance
 }
 
 double StarField::irradiance(std::uint32_t number, std::size_t band) const {
-    std::array<double, scene::most_bands> all{};
+    std::array<double, scene::max_bands> all{};
     irradiance_of(number, {all.data(), bands_});
     return all[band];
 }

@@ -24,7 +24,7 @@ scene::ParameterList declare(GgxParameters& p) {
 
 namespace {
 
-constexpr double least_alpha = 1e-4;
+constexpr double min_alpha = 1e-4;
 
 inline double fifth_power(double x) {
     const double x2 = x * x;
@@ -44,7 +44,7 @@ inline double ggx_distribution(double cos_h, double alpha2) {
 }
 
 double alpha_of(double roughness) {
-    return std::fmax(roughness * roughness, least_alpha);
+    return std::fmax(roughness * roughness, min_alpha);
 }
 
 template<typename Parameter>

@@ -51,7 +51,7 @@ scene::ParameterList declare(HapkeParameters& p) {
 namespace {
 
 /// Below this the surface counts as smooth; the cotangent would overflow.
-constexpr double least_roughness_rad = 1e-4;
+constexpr double min_roughness_rad = 1e-4;
 
 inline double clamp(double x, double least, double most) {
     x = x < least ? least : x;
@@ -226,7 +226,7 @@ template<typename Value>
 Hapke::Hapke(const HapkeParameters& d) : d_(d) {
     porosity_factor_ = porosity_factor(d.filling_factor);
     r0_ = diffusive_reflectance(d.single_scattering_albedo);
-    rough_ = d.roughness_rad > least_roughness_rad;
+    rough_ = d.roughness_rad > min_roughness_rad;
     tan_roughness_ = rough_ ? std::tan(d.roughness_rad) : 0.0;
     cot_roughness_ = rough_ ? 1 / tan_roughness_ : 0.0;
     chi_ = 1 / std::sqrt(1 + std::numbers::pi * tan_roughness_ * tan_roughness_);
@@ -258,8 +258,8 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate_varied(const ScatterPacket& s, Double
     bool rough = false;
     for (int i = 0; i < packet_size; ++i) {
         // Smooth lanes beside rough ones get the least roughness, which looks smooth.
-        const double slope = v[7][i] > least_roughness_rad ? v[7][i] : least_roughness_rad;
-        rough = rough || v[7][i] > least_roughness_rad;
+        const double slope = v[7][i] > min_roughness_rad ? v[7][i] : min_roughness_rad;
+        rough = rough || v[7][i] > min_roughness_rad;
         terms.tan_roughness[i] = slope == d_.roughness_rad && rough_ ? tan_roughness_ : std::tan(slope);
         terms.cot_roughness[i] = 1 / terms.tan_roughness[i];
         terms.chi[i] = 1 / root(1 + std::numbers::pi * terms.tan_roughness[i] * terms.tan_roughness[i]);

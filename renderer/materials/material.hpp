@@ -10,11 +10,11 @@
 namespace obscura::renderer {
 
 /// Largest number of parameters of one law that may vary over the surface.
-constexpr std::size_t most_parameters = 9;
+constexpr std::size_t max_parameters = 9;
 
 /// Textured parameters of a law, lane by lane, in the order in which the law declares them.
 struct ParameterPacket {
-    Doubles value[most_parameters];
+    Doubles value[max_parameters];
 };
 
 /// A parameter that is the same in all lanes, for a law's inner loop.

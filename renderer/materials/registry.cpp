@@ -113,9 +113,9 @@ scene::ParameterList varying(scene::Material& material) {
     parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
                                     [](const scene::Parameter& p) { return !p.image; }),
                      parameters.end());
-    if (parameters.size() > most_parameters)
+    if (parameters.size() > max_parameters)
         throw std::logic_error(fmt::format("{} has more than {} parameters that an image may give",
-                                           material.kind(), most_parameters));
+                                           material.kind(), max_parameters));
     return parameters;
 }
 

@@ -30,13 +30,13 @@
 namespace obscura::renderer {
 namespace {
 
-constexpr std::uint64_t most_triangles = 200'000'000;
-constexpr unsigned most_depth = 1000; ///< of nested nodes
+constexpr std::uint64_t max_triangles = 200'000'000;
+constexpr unsigned max_depth = 1000; ///< of nested nodes
 /// CPU time allowed for the smallest file: twenty times what small files need.
 #ifdef OBSCURA_SANITIZED
-constexpr rlim_t least_cpu_s = 5;
+constexpr rlim_t min_cpu_s = 5;
 #else
-constexpr rlim_t least_cpu_s = 1;
+constexpr rlim_t min_cpu_s = 1;
 #endif
 
 /// Collects the triangles of an assimp scene as one mesh. Runs in the child process only.
@@ -56,7 +56,7 @@ public:
 
 private:
     void node(const aiNode& n, const aiMatrix4x4& outer, unsigned depth) {
-        if (depth > most_depth) throw std::runtime_error("nodes are nested too deep");
+        if (depth > max_depth) throw std::runtime_error("nodes are nested too deep");
         const aiMatrix4x4 place = outer * n.mTransformation;
         for (unsigned i = 0; i < n.mNumMeshes; ++i)
             mesh(*scene_.mMeshes[n.mMeshes[i]], place);
@@ -65,8 +65,8 @@ private:
     }
 
     void mesh(const aiMesh& m, const aiMatrix4x4& place) {
-        if (mesh_.triangles.size() + m.mNumFaces > most_triangles)
-            throw std::runtime_error(fmt::format("more than {} faces", most_triangles));
+        if (mesh_.triangles.size() + m.mNumFaces > max_triangles)
+            throw std::runtime_error(fmt::format("more than {} faces", max_triangles));
         const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
         const bool mirrored = place.Determinant() < 0;
         aiMatrix3x3 turn(place);
@@ -319,7 +319,7 @@ struct Descriptor {
     // assimp reads about 5 MB of text a second; damaged PLY files keep it busy without end.
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
-    limit(RLIMIT_CPU, least_cpu_s + (unknown ? 0 : static_cast<rlim_t>(bytes >> 18)));
+    limit(RLIMIT_CPU, min_cpu_s + (unknown ? 0 : static_cast<rlim_t>(bytes >> 18)));
 #ifndef OBSCURA_SANITIZED
     limit(RLIMIT_DATA, rlim_t{8} << 30);
 #endif

@@ -52,7 +52,7 @@ config::List albedo_list(std::vector<AlbedoTable>& tables) {
         "Where maps overlap, that of the higher priority covers the others and goes over to them at the edge "
         "of its data.",
         tables, albedo_section);
-    list.most = most_albedo_tables;
+    list.most = max_albedo_tables;
     return list;
 }
 

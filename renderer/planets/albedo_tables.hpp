@@ -15,7 +15,7 @@
 
 namespace obscura::renderer {
 
-constexpr std::size_t most_albedo_tables = 64; ///< of a body
+constexpr std::size_t max_albedo_tables = 64; ///< of a body
 
 /// How the numbers of an image stand for factors.
 enum class AlbedoCoding : std::uint8_t { linear, srgb };

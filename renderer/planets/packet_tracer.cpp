@@ -41,8 +41,8 @@ public:
             best = no_hit;
         segments_.miss2 = walk_.miss2;
         segments_.speed2 = walk_.speed2;
-        least_reach_ = no_hit;
-        for_lanes(begun_, [&](int i) { least_reach_ = std::min(least_reach_, rays_.reach[i]); });
+        min_reach_ = no_hit;
+        for_lanes(begun_, [&](int i) { min_reach_ = std::min(min_reach_, rays_.reach[i]); });
         if constexpr (plane)
             trace_face(0, {walk_.from, walk_.to});
         else
@@ -214,7 +214,7 @@ private:
             const SurfaceNode* const before = node;
             for (;;) {
                 const WalkTile tile = walk_tile(*node);
-                const double near_m = tile.radius_m + tile.spacing_m * least_reach_;
+                const double near_m = tile.radius_m + tile.spacing_m * min_reach_;
                 if (!tile.can_split || (tile.fixed_reach < 0 && tile.distance2_m2 >= near_m * near_m)) break;
                 const bool right = box.u0 > tile.u_middle + clear, up = box.v0 > tile.v_middle + clear;
                 if ((!right && box.u1 >= tile.u_middle - clear) || (!up && box.v1 >= tile.v_middle - clear))
@@ -383,7 +383,7 @@ private:
     bool entered_ = false; ///< the lanes of `segments_` have a tile
     WalkRays walk_;
     Doubles best_;
-    double least_reach_ = 0;
+    double min_reach_ = 0;
     TileLanes segments_;
     /// Each step down leaves at most three more.
     std::array<Entry, 3 * terrain::deepest_level + 8> stack_;

@@ -23,7 +23,7 @@ int level_of(std::uint32_t cells_per_face) {
 scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& relief) {
     keys.emplace_back(
         config::key("cells_per_face", &relief.cells_per_face)
-            .range(0, most_cells_per_face)
+            .range(0, max_cells_per_face)
             .help("Cells along the edge of the plane or of each of the six faces of a planet, a power of two "
                   "from 256; 0: by distance, as `cell_px` says"));
     keys.emplace_back(

@@ -19,7 +19,7 @@
 
 namespace obscura::renderer {
 
-constexpr std::uint32_t most_cells_per_face = std::uint32_t{1} << 20;
+constexpr std::uint32_t max_cells_per_face = std::uint32_t{1} << 20;
 
 /// How rays find what of the Sun is seen from a terrain.
 enum class SunVisibilityKind : std::uint8_t {

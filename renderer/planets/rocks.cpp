@@ -11,7 +11,7 @@ namespace obscura::renderer {
 namespace {
 
 /// HitPacket::primitive has 16 bits for them.
-constexpr std::size_t most_rocks = 65536;
+constexpr std::size_t max_rocks = 65536;
 /// Samples that are finer than a boulder have the real one: there domes fade out, and rocks become flatter as
 /// they do, down to this share of their height.
 constexpr double min_rock_share = 1e-3;
@@ -120,7 +120,7 @@ std::vector<Rock> place_rocks(const terrain::TileMaker& maker, const terrain::Su
             return std::clamp(cells, 0.0, terrain::tile_cells - 1e-6);
         };
         for (const terrain::StandingRock& one : standing) {
-            if (rocks.size() == most_rocks) break;
+            if (rocks.size() == max_rocks) break;
             const terrain::SurfaceDomain::Place place = domain.place_of(one.position_m);
             const double x = cells_at(place.u, key.i), y = cells_at(place.v, key.j);
             const auto i = static_cast<std::int32_t>(x), j = static_cast<std::int32_t>(y);
@@ -256,7 +256,7 @@ RockTracer::RockTracer(const SurfaceTiles& tiles, RockSettings settings)
       settings_(std::move(settings)),
       first_level_(rock_level(tiles.domain(), settings_.largest_m, settings_.cells)),
       last_level_(
-          std::min(rock_level(tiles.domain(), settings_.least_m, settings_.cells), terrain::deepest_level)) {}
+          std::min(rock_level(tiles.domain(), settings_.min_m, settings_.cells), terrain::deepest_level)) {}
 
 void RockTracer::intersect(const RayPacket& rays, const ScaledRays& scaled, std::int32_t body,
                            HitPacket& hits) const {

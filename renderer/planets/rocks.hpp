@@ -17,7 +17,7 @@ namespace obscura::renderer {
 struct RockSettings {
     std::vector<std::shared_ptr<const Shape>> forms; ///< extent -1 to 1 along each axis; empty: no rocks
     double cells = 0;                                ///< Boulders::Settings::rock_cells
-    double least_m = 0, largest_m = 0;               ///< longest axes
+    double min_m = 0, largest_m = 0;                 ///< longest axes
 };
 
 /// Where the terrain's layers have rocks in a tile, on the ground of its vertices. `sample_spacings_m`: as

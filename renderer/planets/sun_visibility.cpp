@@ -23,7 +23,7 @@ using terrain::tile_cells;
 
 constexpr std::size_t visibility_page_bytes = 4096;
 /// How long frames that began before may still be under way.
-constexpr auto longest_frame = std::chrono::seconds(1);
+constexpr auto max_frame = std::chrono::seconds(1);
 /// Sun by which it may differ from that of the frame before it is replaced, in steps: the loader makes that
 /// of a second ahead.
 constexpr double fresh_steps = 1.5;
@@ -173,7 +173,7 @@ SunTile* SunVisibility::take(bool wait) const {
     const auto now = std::chrono::steady_clock::now();
     tiles_.for_each([&](SurfaceNode& node) {
         const SunTile* const newer = node.sun.load(std::memory_order_acquire);
-        if (newer == nullptr || now - newer->made_at < longest_frame) return;
+        if (newer == nullptr || now - newer->made_at < max_frame) return;
         if (const SunTile* const old = node.sun_before.exchange(nullptr, std::memory_order_acq_rel))
             retire(old);
     });
@@ -189,7 +189,7 @@ bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait,
     if (old != nullptr && old->sun == sun) return true;
     // Frames that began before `old` was there take the one before it.
     if (!wait && old != nullptr && node.sun_before.load(std::memory_order_acquire) != nullptr &&
-        std::chrono::steady_clock::now() - old->made_at < longest_frame)
+        std::chrono::steady_clock::now() - old->made_at < max_frame)
         return false;
     SunTile* const made = take(wait);
     if (made == nullptr) return false;

@@ -59,7 +59,7 @@ SurfaceTiles::SurfaceTiles(terrain::TileMaker maker, Settings settings)
           std::min(static_cast<std::size_t>(
                        settings.arena_bytes /
                        (slot_bytes() + (settings.sun_visibility ? SunVisibility::slot_bytes() * 9 / 8 : 0))),
-                   most_tiles / 2)) {
+                   max_tiles / 2)) {
     const std::uint8_t faces = domain().faces();
     least_ = std::numeric_limits<double>::infinity();
     largest_ = -least_;
@@ -77,10 +77,10 @@ SurfaceTiles::SurfaceTiles(terrain::TileMaker maker, Settings settings)
     arena_ = static_cast<std::byte*>(memory);
     // Rays go to and fro between tiles: with small pages, half of their time is spent on addresses.
     madvise(arena_, slots_ * slot_bytes(), MADV_HUGEPAGE);
-    table_.resize(most_tiles);
+    table_.resize(max_tiles);
     for (std::size_t slot = slots_; slot > 0; --slot)
         free_.push_back(static_cast<std::uint32_t>(slot - 1));
-    for (std::size_t slot = most_tiles; slot > slots_; --slot)
+    for (std::size_t slot = max_tiles; slot > slots_; --slot)
         free_beyond_.push_back(static_cast<std::uint32_t>(slot - 1));
     if (settings.sun_visibility) sun_visibility_ = std::make_unique<SunVisibility>(*this, slots_);
     for (std::uint8_t face = 0; face < faces; ++face) {
@@ -210,7 +210,7 @@ SurfaceNode* SurfaceTiles::fill(terrain::TileKey key, SurfaceNode* parent, Surfa
     slot->spacing_m = domain().spacing_m(key.level);
     slot->half_cells = std::ldexp(terrain::tile_cells / 2.0, key.level);
     slot->own_highest = slot->tile.maximum_m(terrain::pyramid_levels, 0, 0) * per_m;
-    slot->own_least = slot->tile.least_m * per_m;
+    slot->own_least = slot->tile.min_m * per_m;
     make_cones(slot->tile, per_m * slot->half_cells * smallest_cells(domain(), key), slot->cones);
     slot->least = maker_.range(key).least * per_m;
     if (key.level < terrain::deepest_level)
@@ -281,7 +281,7 @@ bool SurfaceTiles::keep_resident() const {
 SurfaceTiles::Pin SurfaceTiles::pin() const {
     const std::size_t first = std::hash<std::thread::id>{}(std::this_thread::get_id());
     for (std::size_t k = 0;; ++k) {
-        std::atomic<std::uint64_t>& slot = pins_[(first + k) % most_pins].epoch;
+        std::atomic<std::uint64_t>& slot = pins_[(first + k) % max_pins].epoch;
         std::uint64_t none = 0;
         if (slot.compare_exchange_strong(none, epoch_.load(std::memory_order_seq_cst),
                                          std::memory_order_seq_cst))

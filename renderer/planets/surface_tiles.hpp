@@ -70,7 +70,7 @@ struct SurfaceNode {
 };
 
 /// Largest number of tiles at once: HitPacket::primitive holds the slot in its upper half.
-inline constexpr std::size_t most_tiles = 65536;
+inline constexpr std::size_t max_tiles = 65536;
 
 /// Which tiles a ray takes: those whose cells are as small as asked for at their distance from the eye.
 struct LevelChoice {
@@ -91,7 +91,7 @@ struct LevelChoice {
 
 /// Which craters and boulders of a terrain the truth of a frame lists.
 struct FeatureLimits {
-    double least_px = 8; ///< diameter in the picture
+    double min_px = 8; ///< diameter in the picture
     std::size_t most = 100;
 };
 
@@ -264,11 +264,11 @@ private:
     mutable std::array<std::atomic<std::uint64_t>, 16> frames_{}; ///< key in the upper half, version
     mutable std::atomic<std::uint64_t> epoch_{1};
     /// Epochs at which pins were taken; 0: none. Threads that find none free wait for one.
-    static constexpr std::size_t most_pins = 1024;
+    static constexpr std::size_t max_pins = 1024;
     struct alignas(64) PinSlot {
         std::atomic<std::uint64_t> epoch{0};
     };
-    mutable std::array<PinSlot, most_pins> pins_;
+    mutable std::array<PinSlot, max_pins> pins_;
 };
 
 /// Keeps all tiles that can be reached now in their slots. Not copied; may be destroyed by another thread.

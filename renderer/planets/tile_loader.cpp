@@ -19,9 +19,9 @@ using namespace std::chrono_literals;
 /// How long the thread sleeps between two looks for missing tiles.
 constexpr auto interval = 2ms;
 /// Shorter pieces of work are not worth a rest.
-constexpr auto shortest_piece = 500us;
+constexpr auto min_piece = 500us;
 /// Tiles made between two looks: a missing coarse tile does not wait for many fine ones.
-constexpr std::size_t most_at_once = 16;
+constexpr std::size_t max_batch = 16;
 
 /// Whether any of the tile's surface can be seen: not behind the limb of the least sphere, and within the
 /// field or near the eye.
@@ -40,8 +40,8 @@ bool in_view(const SurfaceTiles& tiles, const SurfaceNode& node, const Predicted
     const double low = 1 + tiles.least(), high = 1 + tiles.largest();
     const double horizon = std::acos(std::min(1.0, low / length(eye))) + std::acos(std::min(1.0, low / high));
     const double angle = std::acos(std::clamp(dot(eye, place) / (length(eye) * length(place)), -1.0, 1.0));
-    const double least_radius = std::min({radii.x, radii.y, radii.z});
-    return angle < horizon + 1.1 * node.radius_m / least_radius;
+    const double min_radius = std::min({radii.x, radii.y, radii.z});
+    return angle < horizon + 1.1 * node.radius_m / min_radius;
 }
 
 } // namespace
@@ -113,13 +113,13 @@ void TileLoader::collect() {
     }
     if (!view) std::erase_if(requests_, [](const Request& r) { return r.sun; });
     sun_ = view ? view->sun : SunSeen{};
-    if (requests_.size() < most_at_once && view && complete_ != view) {
+    if (requests_.size() < max_batch && view && complete_ != view) {
         const std::size_t wanted = requests_.size();
         add_predicted(*view);
         // Until it moves, or what it needs has gone again and rays miss it.
         if (requests_.size() == wanted) complete_ = view;
     }
-    const std::size_t count = std::min(requests_.size(), most_at_once);
+    const std::size_t count = std::min(requests_.size(), max_batch);
     std::partial_sort(requests_.begin(), requests_.begin() + static_cast<std::ptrdiff_t>(count),
                       requests_.end(), [](const Request& a, const Request& b) {
                           return std::tuple(!a.wanted, a.level, a.distance_m) <
@@ -145,7 +145,7 @@ bool TileLoader::make(const Request& request) {
 bool TileLoader::rest() {
     const auto now = std::chrono::steady_clock::now();
     const auto worked = now - piece_;
-    if (worked < shortest_piece) return true;
+    if (worked < min_piece) return true;
     const auto rested =
         now + std::chrono::duration_cast<std::chrono::nanoseconds>(worked * (1 / settings_.share - 1));
     std::unique_lock lock(mutex_);

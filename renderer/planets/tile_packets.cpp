@@ -62,7 +62,7 @@ public:
         j_ = load(lanes.j);
         width_ = load(lanes.width);
         per_width_ = reciprocal_of_power(width_);
-        most_width_ = load(lanes.most_width);
+        max_width_ = load(lanes.max_width);
         // u grows along the whole ray, or falls, or does not change but for rounding: as seen from a point of
         // an axis of the body.
         const V u_up = hn::Mul(ub_, wa_), u_down = hn::Mul(ua_, wb_), v_up = hn::Mul(vb_, wa_),
@@ -118,7 +118,7 @@ public:
         j_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(j0, per_width_)), j_);
         prefetch(narrowed, i0, j0);
         prefetch(hn::AndNot(once_, narrowed), i1, j1);
-        most_width_ = hn::IfThenElse(narrowed, held, most_width_);
+        max_width_ = hn::IfThenElse(narrowed, held, max_width_);
     }
 
     [[nodiscard]] HWY_INLINE bool running() const { return !hn::AllFalse(D(), active_); }
@@ -246,7 +246,7 @@ public:
             const V up_i = hn::Floor(hn::Mul(next_i, half)), up_j = hn::Floor(hn::Mul(next_j, half));
             const M leaves = hn::Or(hn::Ne(up_i, hn::Floor(hn::Mul(i_, half))),
                                     hn::Ne(up_j, hn::Floor(hn::Mul(j_, half))));
-            const M up = hn::And(hn::And(through, leaves), hn::Lt(width_, most_width_));
+            const M up = hn::And(hn::And(through, leaves), hn::Lt(width_, max_width_));
             x_ = hn::IfThenElse(through, exit_, x_);
             i_ = hn::IfThenElse(up, up_i, next_i);
             j_ = hn::IfThenElse(up, up_j, next_j);
@@ -291,7 +291,7 @@ public:
         store(i_, lanes.i);
         store(j_, lanes.j);
         store(width_, lanes.width);
-        store(most_width_, lanes.most_width);
+        store(max_width_, lanes.max_width);
         store(to_, lanes.to);
         hn::Store(result_, I(), lanes.state + first);
         outcome.met |= mask_bits(met, first);
@@ -403,7 +403,7 @@ private:
         first_j_;
     bool begun_ = false;
     VI vertices_, maxima_, result_;
-    V x_, to_, exit_, i_, j_, width_, per_width_, most_width_, steps_u_, steps_v_;
+    V x_, to_, exit_, i_, j_, width_, per_width_, max_width_, steps_u_, steps_v_;
     M active_, passed_, u_changes_, v_changes_;
     M once_;  ///< rays that meet the cell in which they begin, or nothing in the tile
     M jumps_; ///< rays that meet the cell in which they begin, or nothing up to `jump_x_`
@@ -463,7 +463,7 @@ void enter_all(std::uint32_t lanes, bool all, const TileSource& tile, const Walk
         address(takes, tile.cones, to.cones);
         address(takes, tile.node, to.node);
         number(takes, set(width), to.width);
-        number(takes, set(width), to.most_width);
+        number(takes, set(width), to.max_width);
         number(takes, set(i), to.i);
         number(takes, set(j), to.j);
         if (all) address(takes, TileLanes::off, to.state);

@@ -16,7 +16,7 @@ namespace obscura::renderer {
 struct alignas(64) TileLanes {
     enum State : std::int64_t {
         off = 0,     ///< or through: not met in this tile
-        running = 1, ///< to be traced from `x` to `to`, in the node (i, j) of width `most_width`
+        running = 1, ///< to be traced from `x` to `to`, in the node (i, j) of width `max_width`
         met = 2,     ///< at `x`, in the cell (i, j)
         grazing = 3, ///< from `x` to `exit`, the cell (i, j) is met near the least height above it, if at all
         passed = 4,  ///< that cell was not met: to be traced on from `exit`
@@ -27,7 +27,7 @@ struct alignas(64) TileLanes {
     Doubles miss2, speed2;
     Doubles offset_m, half_cells, first_i, first_j; ///< of the tile; numbers of its first cells on the face
     Doubles highest, least;                         ///< unit heights of the tile's vertices
-    Doubles width, most_width;                      ///< of the node in cells, now and at most
+    Doubles width, max_width;                       ///< of the node in cells, now and at most
     Doubles i, j;                                   ///< node, counted in its widths
     alignas(64) std::int64_t vertices[packet_size]; ///< address of vertex (0, 0)
     alignas(64) std::int64_t maxima[packet_size];   ///< address of the pyramid

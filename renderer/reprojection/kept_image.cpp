@@ -66,12 +66,12 @@ KeptMemory::KeptMemory(std::size_t width, std::size_t rows, std::size_t images, 
         view.bodies.reserve(bodies);
 }
 
-bool KeptImage::place(const KeptWindow& window, std::size_t most_channels, KeptMemory& memory) {
+bool KeptImage::place(const KeptWindow& window, std::size_t channel_capacity, KeptMemory& memory) {
     window_ = window;
     view_step_ = window.line_y ? line_view_rows : view_rows;
     const auto rows = static_cast<std::size_t>(window.area.height);
     const std::size_t views = (rows - 1) / static_cast<std::size_t>(view_step_) + 1;
-    const std::size_t floats = most_channels * rows * static_cast<std::size_t>(window.area.width);
+    const std::size_t floats = channel_capacity * rows * static_cast<std::size_t>(window.area.width);
     if (floats > memory.light_.size() - memory.floats_taken_ ||
         rows > memory.lit_.size() - memory.rows_taken_ ||
         views > memory.views_.size() - memory.views_taken_ || (window.line_y && views < 2))

@@ -69,7 +69,7 @@ public:
 
     /// Takes the memory for a window, in at most so many channels. False if that is too little, or the window
     /// has too few lines of a push-broom sensor to tell how they follow each other.
-    [[nodiscard]] bool place(const KeptWindow& window, std::size_t most_channels, KeptMemory& memory);
+    [[nodiscard]] bool place(const KeptWindow& window, std::size_t channel_capacity, KeptMemory& memory);
     /// Forgets all rows: those of a scene with so many bodies follow. `one_time`: all of them have the same
     /// middle of the exposure.
     void begin(std::size_t channels, std::size_t bodies, bool one_time);

@@ -24,7 +24,7 @@ constexpr std::int32_t edge_reach = 1, sky_reach = 4;
 constexpr std::int32_t sky_corner_reach = 2;
 
 /// Largest displacement: further is outside in any case.
-constexpr double most_px = 1e5;
+constexpr double max_px = 1e5;
 
 /// Displacements that differ by more, from that of the node's own surface: it was hidden.
 constexpr float hidden_px = 0.5F;
@@ -32,14 +32,14 @@ constexpr float hidden_px = 0.5F;
 /// A point is in the line of a push-broom sensor if it is as close to it; so close, nothing is to be sought.
 constexpr double in_line_px = 0.01, found_px = 1e-4;
 /// Slower images do not say in which line a point that is in another place was.
-constexpr double least_px_per_line = 0.1;
+constexpr double min_px_per_line = 0.1;
 
 std::int32_t multiple_below(std::int32_t v, std::int32_t of) {
     return v - ((v % of) + of) % of;
 }
 
 float within(double px) {
-    return static_cast<float>(std::clamp(px, -most_px, most_px));
+    return static_cast<float>(std::clamp(px, -max_px, max_px));
 }
 
 float gain_of(double weight_sr, double from_sr) {
@@ -120,12 +120,12 @@ MotionGrid::Motion MotionGrid::motion_of(const View& view, std::int32_t body, Ve
     for (int step = 0; step < 2; ++step) {
         const KeptImage::Between then = view.from.views_about(source_y);
         const std::optional<ImagePoint> first = seen(view, *then.first, body, point, weight);
-        if (!first) return {0, 0, 0, most_px};
+        if (!first) return {0, 0, 0, max_px};
         source_x = first->x;
         source_y = first->y;
         if (then.first == then.second) break;
         const std::optional<ImagePoint> second = seen(view, *then.second, body, point, weight);
-        if (!second) return {0, 0, 0, most_px};
+        if (!second) return {0, 0, 0, max_px};
         source_x += then.share * (second->x - first->x);
         source_y += then.share * (second->y - first->y);
     }
@@ -155,7 +155,7 @@ MotionGrid::Motion MotionGrid::line_motion_of(const View& view, std::int32_t bod
     std::optional<Seen> there = seen_in(line);
     // By the same poses it was in that line. Others moved it along or across.
     for (int step = 0; step < 2 && there; ++step) {
-        if (std::abs(there->y - line_y) < found_px || std::abs(there->y_per_line) < least_px_per_line) break;
+        if (std::abs(there->y - line_y) < found_px || std::abs(there->y_per_line) < min_px_per_line) break;
         line += (line_y - there->y) / there->y_per_line;
         there = seen_in(line);
     }

@@ -64,9 +64,9 @@ PathFormat path_format(const std::filesystem::path& file) {
 ephemeris::PathFile path_of_table(const std::filesystem::path& file, const std::vector<TimedPose>& samples) {
     ephemeris::PathSegment segment;
     // Longer than any mission; beyond, nanoseconds do not fit.
-    constexpr double most_s = 9e9;
+    constexpr double max_s = 9e9;
     for (const TimedPose& sample : samples) {
-        const ephemeris::Epoch at{std::llround(std::clamp(sample.time_s, -most_s, most_s) * 1e9)};
+        const ephemeris::Epoch at{std::llround(std::clamp(sample.time_s, -max_s, max_s) * 1e9)};
         if (!segment.epochs.empty() && at <= segment.epochs.back())
             throw ConfigError(fmt::format("{}: time_s: {} is less than 1 ns after the row before, or beyond "
                                           "9e9 s",

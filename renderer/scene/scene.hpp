@@ -377,7 +377,7 @@ constexpr auto enum_names(Quantity /*type*/) {
 }
 
 /// Largest number of spectral bands of a scene.
-constexpr std::size_t most_bands = 16;
+constexpr std::size_t max_bands = 16;
 
 class KernelFrame;
 

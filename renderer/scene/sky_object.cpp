@@ -52,8 +52,8 @@ double phase_magnitude_v(const SkyObject& object, double phase_rad) noexcept {
     const PlanetLaw& law = law_of(object.planet);
     if (phase_deg <= law.last_deg) return polynomial(law.near, phase_deg);
     if (object.planet == Planet::jupiter) {
-        constexpr double least_share = 1e-6; // the law's own share of the light at full phase ends at 0
-        return -9.428 - 2.5 * std::log10(std::max(least_share, polynomial(law.far, phase_deg / 180)));
+        constexpr double min_share = 1e-6; // the law's own share of the light at full phase ends at 0
+        return -9.428 - 2.5 * std::log10(std::max(min_share, polynomial(law.far, phase_deg / 180)));
     }
     return polynomial(law.far, phase_deg);
 }

@@ -260,8 +260,8 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
     if (const config::Member* bands = root.table()->find("band")) {
         const config::Where where = root.where().in("band");
         if (scene.bands.empty()) root.mistakes().add(where, bands->at, "at least one band is wanted");
-        if (scene.bands.size() > most_bands)
-            root.mistakes().add(where, bands->at, fmt::format("more than {} bands", most_bands));
+        if (scene.bands.size() > max_bands)
+            root.mistakes().add(where, bands->at, fmt::format("more than {} bands", max_bands));
     }
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         check_bands(scene.bodies[i].colour, "body", i, "colour", scene.bands.size(), root);

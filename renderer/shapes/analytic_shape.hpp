@@ -15,9 +15,9 @@ public:
         double t = no_hit; ///< distance along the ray; may be negative
         std::uint32_t face = 0;
     };
-    static constexpr std::size_t most_crossings = 4;
+    static constexpr std::size_t max_crossings = 4;
     struct Crossings {
-        Crossing at[most_crossings];
+        Crossing at[max_crossings];
         std::size_t count = 0;
 
         void add(double t, std::uint32_t face) {

@@ -17,7 +17,7 @@ constexpr std::uint32_t packets = 64;
 /// Share of the rays that stay cosine-weighted, for what other bodies reflect.
 constexpr double cosine_share = 0.5;
 /// Least chance to meet the body that Russian roulette expects, for places that are unlike the rest of it.
-constexpr double least_chance = 0.15;
+constexpr double min_chance = 0.15;
 
 /// Random numbers of the 16 rays of a packet, stratified over all packets.
 void pairs(std::uint32_t packet, std::uint32_t purpose, Doubles& u, Doubles& v) {
@@ -99,7 +99,7 @@ ElevationGuide::ElevationGuide(const Shape& shape, bool alone) {
     for (std::size_t k = 0; k < intervals; ++k) {
         const double share = static_cast<double>(met[k]) / static_cast<double>(tried);
         density_[k] = std::sqrt(share);
-        expectation_[k] = alone ? std::max(share, least_chance) : 1;
+        expectation_[k] = alone ? std::max(share, min_chance) : 1;
         sum += density_[k] * width[k];
     }
     if (!(sum > 0)) return;

@@ -27,11 +27,11 @@ constexpr double other_light_weight = 0.1;
 /// that is seen whole.
 constexpr std::size_t cells = 8192;
 constexpr int tests_per_cell = 4;
-constexpr double least_share = 0.1;
+constexpr double min_share = 0.1;
 /// Cells are tested if the cosine of the phase angle is less.
 constexpr double tested_cos_phase = 0.5;
 /// Largest number of facets in all lists that are kept.
-constexpr std::size_t most_kept = 1u << 22;
+constexpr std::size_t max_stored = 1u << 22;
 
 std::uint64_t mix_hash(std::uint64_t x) {
     // SplitMix64: Steele, Lea and Flood, OOPSLA 2014.
@@ -79,7 +79,7 @@ LitFacets::LitFacets(const FacetSet& set, const Directions& directions) : set_(s
     const Vec3 sun = from_steps(directions.sun);
     const double camera_slack = directions.camera_slack / steps + rounding;
     const double sun_slack = directions.sun_slack / steps + rounding + 2 * normal_unit;
-    const double least_light = directions.other_light ? other_light_weight : 0;
+    const double min_light = directions.other_light ? other_light_weight : 0;
     const double inner = set.closed() ? inner_weight : 1;
     listed_.assign(set.triangle_count() / 64 + 1, 0);
     double sum = 0;
@@ -96,7 +96,7 @@ LitFacets::LitFacets(const FacetSet& set, const Directions& directions) : set_(s
             double light = 0;
             for (const auto& n : f.normals)
                 light += most(facing * (n[0] * sun.x + n[1] * sun.y + n[2] * sun.z) * normal_unit, sun_slack);
-            return light > 0 ? out * (light / 3 + least_light) : 0.0;
+            return light > 0 ? out * (light / 3 + min_light) : 0.0;
         };
         const double weight = side(1) + inner * side(-1);
         if (!(weight > 0)) continue;
@@ -154,7 +154,7 @@ void LitFacets::test_cells(Vec3 camera, Vec3 sun, double sun_slack) {
         double mean = 0;
         for (std::size_t j = 0; j < kernel.size(); ++j)
             mean += kernel[j] * seen[(k + j + cells - 2) % cells] / (10.0 * tests_per_cell);
-        sum += std::max(std::sqrt(mean), least_share);
+        sum += std::max(std::sqrt(mean), min_share);
         cells_.push_back(sum);
     }
 }
@@ -256,7 +256,7 @@ std::shared_ptr<const LitFacets> FacetSet::lit(Vec3 camera_m, Vec3 sun_m, double
     std::size_t facets = 0;
     for (const Kept& k : kept_)
         facets += k.list->size();
-    while (!kept_.empty() && facets > most_kept) {
+    while (!kept_.empty() && facets > max_stored) {
         const auto oldest = std::min_element(kept_.begin(), kept_.end(),
                                              [](const Kept& a, const Kept& b) { return a.used < b.used; });
         facets -= oldest->list->size();

@@ -118,7 +118,7 @@ void NestedAlbedo::lookup(const Source& source, Vec3 position_m, Vec3 a_m, Vec3 
     const auto width = static_cast<double>(frame.width()), height = static_cast<double>(frame.height());
     const SamplePlace at = frame.place(position_m);
     const SamplePlace a = frame.step(position_m, a_m), b = frame.step(position_m, b_m);
-    double planes[Texture::most_planes];
+    double planes[Texture::max_planes];
     source.texture->sample((at.x + 0.5) / width, (at.y + 0.5) / height, {a.x / width, a.y / height},
                            {b.x / width, b.y / height}, planes);
     const std::size_t count = source.texture->planes();
@@ -131,7 +131,7 @@ void NestedAlbedo::lookup(const Source& source, Vec3 position_m, Vec3 a_m, Vec3 
 void NestedAlbedo::factors_of(std::size_t count, Vec3 position_m, Vec3 a_m, Vec3 b_m, std::size_t channels,
                               double* out) const {
     // From the highest map that covers the point alone.
-    std::array<double, most_sources> shares;
+    std::array<double, max_sources> shares;
     std::size_t first = count;
     while (first > 0) {
         --first;

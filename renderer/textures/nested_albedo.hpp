@@ -38,9 +38,9 @@ struct AlbedoSource {
 /// for tiles or take coarser levels (renderer/textures/paged_texture.hpp), then they are real-time safe.
 class NestedAlbedo {
 public:
-    static constexpr std::size_t most_sources = 64;
+    static constexpr std::size_t max_sources = 64;
 
-    /// At most most_sources. Throws InputError with one line that names the file.
+    /// At most max_sources. Throws InputError with one line that names the file.
     NestedAlbedo(const terrain::SurfaceDomain& domain, std::vector<AlbedoSource> sources,
                  const std::vector<SpectralBand>& bands);
 

@@ -26,7 +26,7 @@ using obt::tile_samples;
 namespace {
 
 constexpr std::size_t ways = 8;
-constexpr std::size_t most_wanted = 1024;
+constexpr std::size_t max_requested = 1024;
 constexpr std::uint64_t no_key = 0;
 constexpr auto loader_period = std::chrono::milliseconds(2);
 
@@ -55,8 +55,8 @@ struct PagedTexture::Slot {
     std::atomic<std::uint32_t> used{0};     ///< time of the last use
     std::atomic<bool> absent{false};        ///< the file has the coarser level only
     /// Planes of one number each: its bits as f32.
-    std::array<std::atomic<std::uint32_t>, most_obt_planes> number{};
-    std::array<std::atomic<bool>, most_obt_planes> constant{};
+    std::array<std::atomic<std::uint32_t>, max_obt_planes> number{};
+    std::array<std::atomic<bool>, max_obt_planes> constant{};
 };
 
 struct PagedTexture::Cache {
@@ -80,7 +80,7 @@ struct PagedTexture::Cache {
     std::vector<Slot> slots;
     std::size_t slot_words;
     std::vector<std::uint32_t> words; ///< written and read as atomics
-    std::array<std::atomic<std::uint64_t>, most_wanted> wanted{};
+    std::array<std::atomic<std::uint64_t>, max_requested> wanted{};
     std::atomic<std::uint32_t> time{1};
 };
 
@@ -217,7 +217,7 @@ bool PagedTexture::try_level(std::size_t level, const Pair& across, const Pair& 
         }
         return true;
     }
-    std::array<double, most_obt_planes> sum{};
+    std::array<double, max_obt_planes> sum{};
     // Neighbours are in one tile with its margin, but for those across the seam.
     const auto adjacent = [](const Pair& pair) {
         return pair.second == pair.first || pair.second == pair.first + 1;
@@ -256,7 +256,7 @@ bool PagedTexture::add_texels(std::size_t level, const Pair& across, const Pair&
         Slot* const slot = cache_->find(key);
         if (slot == nullptr) {
             if (!waiting_.load(std::memory_order_relaxed)) {
-                std::atomic<std::uint64_t>& wanted = cache_->wanted[mixed_samples(key) / 7 % most_wanted];
+                std::atomic<std::uint64_t>& wanted = cache_->wanted[mixed_samples(key) / 7 % max_requested];
                 if (wanted.load(std::memory_order_relaxed) != key)
                     wanted.store(key, std::memory_order_relaxed);
                 return false;
@@ -265,7 +265,7 @@ bool PagedTexture::add_texels(std::size_t level, const Pair& across, const Pair&
             continue;
         }
         const std::uint32_t before = slot->sequence.load(std::memory_order_acquire);
-        std::array<double, most_obt_planes> sum{};
+        std::array<double, max_obt_planes> sum{};
         std::uint32_t* const words = cache_->words_of(*slot);
         const std::size_t plane_words = static_cast<std::size_t>(file_->layout().slot_bytes()) / 4;
         const bool absent = slot->absent.load(std::memory_order_relaxed);

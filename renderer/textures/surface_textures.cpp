@@ -158,7 +158,7 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
         const Vec3 grad_v = at.grad_v.lane(i);
         const TextureAxis longer = texture_axis(longer_m, grad_u, grad_v);
         const TextureAxis shorter = texture_axis(shorter_m, grad_u, grad_v);
-        double planes[Texture::most_planes];
+        double planes[Texture::max_planes];
         if (slot.albedo) {
             slot.albedo->sample(at.u[i], at.v[i], longer, shorter, planes);
             const std::size_t count = slot.albedo->planes();
@@ -199,7 +199,7 @@ void SurfaceTextures::emission(const Shape& shape, const HitPacket& hits, std::i
         Vec3 a, b;
         footprint(-surface.facet_normal.lane(i), surface.facet_normal.lane(i), width_m[i], a, b);
         const Vec3 grad_u = at.grad_u.lane(i), grad_v = at.grad_v.lane(i);
-        double planes[Texture::most_planes];
+        double planes[Texture::max_planes];
         emission_->sample(at.u[i], at.v[i], texture_axis(a, grad_u, grad_v), texture_axis(b, grad_u, grad_v),
                           planes);
         for (std::size_t c = 0; c < channels; ++c)

@@ -18,8 +18,8 @@ namespace obscura::renderer {
 namespace {
 
 constexpr double code_max = 65535;
-constexpr int most_probes = 16;
-constexpr std::int64_t most_texels = std::int64_t{1} << 26;
+constexpr int max_probes = 16;
+constexpr std::int64_t max_texels = std::int64_t{1} << 26;
 
 /// Downsamples by a box filter; each output texel covers in/out input texels along an axis.
 std::vector<float> halved(const std::vector<float>& in, std::int32_t width, std::int32_t height,
@@ -66,7 +66,7 @@ std::int32_t wrap(std::int32_t x, std::int32_t n) {
 Texture::Texture(std::int32_t width, std::int32_t height, const std::vector<std::vector<float>>& planes,
                  Edge edge, bool rgb)
     : edge_(edge), rgb_(rgb && planes.size() == 3) {
-    assert(width > 0 && height > 0 && !planes.empty() && planes.size() <= most_planes);
+    assert(width > 0 && height > 0 && !planes.empty() && planes.size() <= max_planes);
     std::size_t texels = 0;
     for (std::int32_t w = width, h = height;;) {
         levels_.push_back({w, h, texels * planes.size()});
@@ -172,7 +172,7 @@ void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* o
     a = {a.u / excess, a.v / excess};
     longer /= excess;
     const double wanted = std::ceil(longer / std::max(shorter, 1.0));
-    const int probes = wanted >= most_probes ? most_probes : std::max(1, static_cast<int>(wanted));
+    const int probes = wanted >= max_probes ? max_probes : std::max(1, static_cast<int>(wanted));
     const double width = std::max({1.0, shorter, longer / probes});
     // Mip level: a base-2 logarithm, linear between powers of two; the same on every machine.
     int exponent = 0;
@@ -228,7 +228,7 @@ std::shared_ptr<const terrain::ObtFile> large_texture(const std::filesystem::pat
     if (!terrain::ObtFile::is_one(file)) return nullptr;
     auto texture = std::make_shared<const terrain::ObtFile>(file);
     const terrain::ObtMetadata& m = texture->metadata();
-    return m.height > most_texels / m.width ? texture : nullptr;
+    return m.height > max_texels / m.width ? texture : nullptr;
 }
 
 /// All texels of a giant texture. `holes`: missing ones are NaN, instead of an error.
@@ -252,16 +252,16 @@ Planes read_obt(const std::filesystem::path& file, bool holes) {
 
 Planes read_image_planes(const std::filesystem::path& file, TextureCoding coding, bool holes) {
     const std::vector<std::string> names = images::colour_planes(file);
-    if (names.size() > Texture::most_planes)
+    if (names.size() > Texture::max_planes)
         throw InputError(fmt::format("{}: {} planes: a texture has at most {}", file.string(), names.size(),
-                                     Texture::most_planes));
+                                     Texture::max_planes));
     Planes read;
     read.rgb = names[0] != "0";
     for (const std::string& name : names) {
         const images::Image image = images::read_image(file, name);
-        if (std::int64_t{image.width} * image.height > most_texels)
+        if (std::int64_t{image.width} * image.height > max_texels)
             throw InputError(fmt::format("{}: {} x {} texels: a texture has at most {}", file.string(),
-                                         image.width, image.height, most_texels));
+                                         image.width, image.height, max_texels));
         read.width = image.width;
         read.height = image.height;
         read.full_scale = image.full_scale;

@@ -33,7 +33,7 @@ public:
     /// Beyond the image: it repeats in u and v, repeats in u and has its outer rows in v, or has its outer
     /// texels.
     enum class Edge : std::uint8_t { repeat, clamp, clamp_both };
-    static constexpr std::size_t most_planes = 16;
+    static constexpr std::size_t max_planes = 16;
 
     /// `planes` are row-major, width x height each; all values finite.
     Texture(std::int32_t width, std::int32_t height, const std::vector<std::vector<float>>& planes, Edge edge,

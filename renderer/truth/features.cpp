@@ -41,7 +41,7 @@ std::span<const FeatureInView> FeatureFinder::find() {
     }
     std::erase_if(kept_, [&](const FeatureInView& found) {
         const double spacing_m = tiles_.maker().sample_spacing_m(found.layer, found.feature.position_m);
-        return layers[found.layer]->share_left(found.feature, spacing_m) < least_share;
+        return layers[found.layer]->share_left(found.feature, spacing_m) < min_share;
     });
     std::sort(kept_.begin(), kept_.end(), larger);
     return kept_;
@@ -61,8 +61,8 @@ FeatureFinder::Heights FeatureFinder::heights_of(std::uint8_t face, std::uint32_
     return {node->least, largest};
 }
 
-double FeatureFinder::least_px() const {
-    return kept_.size() < limits_.most ? limits_.least_px : std::max(limits_.least_px, kept_.front().size_px);
+double FeatureFinder::min_px() const {
+    return kept_.size() < limits_.most ? limits_.min_px : std::max(limits_.min_px, kept_.front().size_px);
 }
 
 bool FeatureFinder::in_view(const terrain::Cap& cap, Heights heights, double largest_m) const {
@@ -79,7 +79,7 @@ bool FeatureFinder::in_view(const terrain::Cap& cap, Heights heights, double lar
         radius_m = cap.radius_m * (1 + std::max(0.0, heights.largest)) + half_m;
     }
     const double nearest_m = length(centre - cone_.eye_m()) - radius_m - cone_.moved_m();
-    if (largest_m < least_px() * scene_.lens.pixel_angle_rad() * nearest_m) return false;
+    if (largest_m < min_px() * scene_.lens.pixel_angle_rad() * nearest_m) return false;
     if (nearest_m <= 0) return true;
     return cone_.may_show(centre, radius_m) &&
            (domain.is_plane() || may_rise(domain.radii_m(), cone_.eye_m(), cap.centre_m,
@@ -143,7 +143,7 @@ void FeatureFinder::take_found() {
 void FeatureFinder::keep(const terrain::SurfaceFeature& feature, Vec3 point_m) {
     FeatureInView found{feature, layer_, point_m, 0};
     found.size_px = feature.diameter_m / (length(point_m - cone_.eye_m()) * scene_.lens.pixel_angle_rad());
-    if (!(found.size_px >= limits_.least_px) || !on_pixels(point_m)) return;
+    if (!(found.size_px >= limits_.min_px) || !on_pixels(point_m)) return;
     if (kept_.size() == limits_.most) {
         if (!larger(found, kept_.front())) return;
         std::pop_heap(kept_.begin(), kept_.end(), larger);

@@ -25,10 +25,10 @@ struct FeatureInView {
 
 /// Finds the features that are largest in the picture, in the field of the first, middle and last row. Looks
 /// only at what may be in view, by the bounds of tiles that are there, and takes memory for those that it
-/// keeps alone. Those of which later ones left less than `least_share` do not count.
+/// keeps alone. Those of which later ones left less than `min_share` do not count.
 class FeatureFinder final : public terrain::FeatureSearch {
 public:
-    static constexpr double least_share = 0.1;
+    static constexpr double min_share = 0.1;
 
     /// `body` is a terrain. The arguments outlive this.
     FeatureFinder(const TruthScene& scene, RowStates& states, std::size_t body);
@@ -57,7 +57,7 @@ private:
     void take_found();
     void keep(const terrain::SurfaceFeature& feature, Vec3 point_m);
     /// Size that the next feature must have.
-    [[nodiscard]] double least_px() const;
+    [[nodiscard]] double min_px() const;
 
     const TruthScene& scene_;
     RowStates& states_;

@@ -46,8 +46,8 @@ bool may_rise(Vec3 radii_m, Vec3 eye_m, Vec3 place_m, double radius_m, HeightBou
     const Vec3 eye = scaled(eye_m), place = scaled(place_m);
     const double low = 1 + heights.least, high = 1 + heights.highest_here;
     const double horizon = std::acos(std::min(1.0, low / length(eye))) + std::acos(std::min(1.0, low / high));
-    const double least_radius = std::min({radii_m.x, radii_m.y, radii_m.z});
-    return cone_angle(eye, place) < horizon + 1.1 * radius_m / least_radius;
+    const double min_radius = std::min({radii_m.x, radii_m.y, radii_m.z});
+    return cone_angle(eye, place) < horizon + 1.1 * radius_m / min_radius;
 }
 
 } // namespace obscura::renderer

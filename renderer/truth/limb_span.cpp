@@ -14,7 +14,7 @@ constexpr double whole_turn = 2 * std::numbers::pi;
 /// First parts of the turn, then of each of those that may be in the field: to 4e-4 rad.
 constexpr int first_parts = 64, parts_of_part = 16, span_divisions = 2;
 /// Larger gaps are left out.
-constexpr double least_gap_rad = whole_turn / 8;
+constexpr double min_gap_rad = whole_turn / 8;
 
 struct Part {
     double from_rad, width_rad;
@@ -82,7 +82,7 @@ std::optional<CurveSpan> limb_span(const TruthScene& scene, RowStates& states, s
         const double gap = next_rad - parts[i].from_rad - parts[i].width_rad;
         if (gap > gap_rad) gap_rad = gap, from_rad = next_rad;
     }
-    if (gap_rad < least_gap_rad) return whole;
+    if (gap_rad < min_gap_rad) return whole;
     return CurveSpan::part(from_rad, whole_turn - gap_rad, points);
 }
 

@@ -17,9 +17,9 @@ namespace obscura::renderer {
 namespace {
 
 /// Shorter motions are none.
-constexpr double least_motion_px = 0.5;
+constexpr double min_motion_px = 0.5;
 /// Bodies whose bounding sphere is smaller have no limb.
-constexpr double least_radius_px = 0.5;
+constexpr double min_radius_px = 0.5;
 
 class OverlayMaker {
 public:
@@ -32,7 +32,7 @@ public:
     [[nodiscard]] std::vector<OverlayBody> bodies() {
         use_light(scene_.sun_w_m2);
         std::vector<OverlayBody> list;
-        for (std::size_t b = 0; b < std::min(scene_.scene.bodies.size(), request_.most_bodies); ++b)
+        for (std::size_t b = 0; b < std::min(scene_.scene.bodies.size(), request_.max_bodies); ++b)
             list.push_back(body(b));
         return list;
     }
@@ -55,7 +55,7 @@ public:
         };
         std::make_heap(candidates.begin(), candidates.end(), fainter);
         std::vector<OverlayStar> list;
-        for (auto end = candidates.end(); end != candidates.begin() && list.size() < request_.most_stars;
+        for (auto end = candidates.end(); end != candidates.begin() && list.size() < request_.max_stars;
              --end) {
             std::pop_heap(candidates.begin(), end, fainter);
             add(*(end - 1), list);
@@ -117,7 +117,7 @@ private:
             out.at = landing->at;
             out.motion = motion(b, request_.windows[window]);
         }
-        if (out.radius_px.value_or(least_radius_px) >= least_radius_px) out.limb = limb(b);
+        if (out.radius_px.value_or(min_radius_px) >= min_radius_px) out.limb = limb(b);
         return out;
     }
 
@@ -131,7 +131,7 @@ private:
             return ImagePoint{point->x - window.sensor.x, point->y - window.sensor.y + window.image_y};
         };
         const auto start = at(request_.rows.front()), end = at(request_.rows.back());
-        if (!start || !end || std::hypot(end->x - start->x, end->y - start->y) <= least_motion_px)
+        if (!start || !end || std::hypot(end->x - start->x, end->y - start->y) <= min_motion_px)
             return std::nullopt;
         return OverlayBody::Motion{*start, *end};
     }

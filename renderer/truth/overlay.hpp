@@ -27,8 +27,8 @@ struct OverlayRequest {
     /// Response of the detector, for each spectral band, as TruthDetector; empty: none.
     std::span<const double> electrons_per_s_per_w_m2{};
     std::uint32_t limb_points = 64; ///< most of each limb in each window
-    std::size_t most_stars = 100;   ///< the brightest for the camera
-    std::size_t most_bodies = 64;   ///< the first of the scene
+    std::size_t max_stars = 100;    ///< the brightest for the camera
+    std::size_t max_bodies = 64;    ///< the first of the scene
 };
 
 /// Point of a limb. Points that follow each other are connected unless the later one `begins` a part.

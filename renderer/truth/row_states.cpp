@@ -15,7 +15,7 @@ namespace {
 
 /// More instants than these move no centroid by 1e-4 px: the first two moments of the exposure are exact with
 /// any number.
-constexpr std::uint32_t most_instants = 16;
+constexpr std::uint32_t max_truth_instants = 16;
 
 } // namespace
 
@@ -38,7 +38,7 @@ RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windo
             motion = std::max(motion, motion_px(scene.scene, scene.bodies, scene.lens, scene.reach_px, row));
         rendered_instants_ = Exposure::of(rows.front(), motion, scene.max_instants).instants;
     }
-    instants_ = std::min(rendered_instants_, most_instants);
+    instants_ = std::min(rendered_instants_, max_truth_instants);
     std::size_t states = 0;
     first_state_.reserve(rows.size());
     for (std::size_t row = 0; row < rows.size(); ++row) {
@@ -142,8 +142,8 @@ std::optional<RowStates::Crossing> RowStates::cross(std::size_t window, std::uin
     std::int32_t row = first + (last - first) / 2;
     std::optional<Step> here, next;
     double slope = 0; // of the miss, per row
-    constexpr int most_steps = 24;
-    for (int step = 0; step < most_steps; ++step) {
+    constexpr int max_steps = 24;
+    for (int step = 0; step < max_steps; ++step) {
         if (row == last && last > first) --row;
         here = look(row);
         if (!here) return std::nullopt;
@@ -163,7 +163,7 @@ std::optional<RowStates::Crossing> RowStates::cross(std::size_t window, std::uin
         const auto to = static_cast<std::int32_t>(limited);
         if (to == row) break;
         // Where neighbours alternate, either is near enough.
-        if (step + 1 < most_steps) row = to;
+        if (step + 1 < max_steps) row = to;
     }
     Crossing out;
     const double part = -here->miss / slope;
@@ -208,10 +208,10 @@ std::optional<Landing> RowStates::land_together(std::size_t window, Direction di
     Landing out;
     std::optional<Crossing> begin, end;
     // Instants at which it lands in the window.
-    std::array<Crossing, most_instants> crossings;
-    std::array<const TruthState*, most_instants> at_states{};
-    std::array<Vec3, most_instants> towards;
-    std::array<bool, most_instants> answers{};
+    std::array<Crossing, max_truth_instants> crossings;
+    std::array<const TruthState*, max_truth_instants> at_states{};
+    std::array<Vec3, max_truth_instants> towards;
+    std::array<bool, max_truth_instants> answers{};
     std::size_t count = 0;
     for (std::uint32_t i = 0; i < instants_; ++i) {
         const std::optional<Crossing> c = cross(window, i, direction);

@@ -253,7 +253,7 @@ private:
     }
 
     void push(const TruthEntry& entry) {
-        if (request_.most_entries > 0 && truth_.entries.size() >= request_.most_entries)
+        if (request_.max_entries > 0 && truth_.entries.size() >= request_.max_entries)
             ++truth_.entries_left_out;
         else
             truth_.entries.push_back(entry);

@@ -35,7 +35,7 @@ struct TruthRequest {
     /// Points of each limb and terminator; 0: none.
     std::uint32_t curve_points = 72;
     /// Further entries are only counted; 0: no limit.
-    std::size_t most_entries = 0;
+    std::size_t max_entries = 0;
     /// Memory to work in, before the heap: for threads that must not use that.
     std::span<std::byte> workspace{};
 };

@@ -14,7 +14,7 @@
 namespace obscura::renderer {
 namespace {
 
-static_assert(most_albedo_tables <= NestedAlbedo::most_sources);
+static_assert(max_albedo_tables <= NestedAlbedo::max_sources);
 
 AlbedoSource open_source(const AlbedoTable& table, const terrain::SurfaceDomain& domain) {
     terrain::MapLabel label;

@@ -243,8 +243,8 @@ void validate(const scene::Scene& scene) {
     });
     validate_ranges(scene.sun, "sun");
     if (scene.bands.empty()) throw ConfigError("bands: none: at least one spectral band is wanted");
-    if (scene.bands.size() > scene::most_bands)
-        throw ConfigError(fmt::format("bands: {}: allowed 1 to {}", scene.bands.size(), scene::most_bands));
+    if (scene.bands.size() > scene::max_bands)
+        throw ConfigError(fmt::format("bands: {}: allowed 1 to {}", scene.bands.size(), scene::max_bands));
     for (std::size_t i = 0; i < scene.bands.size(); ++i) {
         const SpectralBand& band = scene.bands[i];
         validate_ranges(band, fmt::format("band {}", i + 1));

@@ -37,12 +37,12 @@ double body_angle(const Pose& camera_from, const Pose& camera_to, const Pose& fr
 /// Largest apparent motion of a sky object, without the rotation of the camera.
 double sky_motion_rad(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                       const std::array<double, 3>& times, const std::array<Pose, 3>& camera) {
-    double most_rad = 0;
+    double max_rad = 0;
     for (const scene::SkyObject& object : *scene.sky_objects) {
         if (object.still() || object.kind == scene::SkyObject::Kind::galaxy) continue;
         if (object.kind == scene::SkyObject::Kind::star) {
-            most_rad = std::max(most_rad, std::hypot(object.rate_rad_s[0], object.rate_rad_s[1]) *
-                                              (times[2] - times[0]));
+            max_rad = std::max(max_rad, std::hypot(object.rate_rad_s[0], object.rate_rad_s[1]) *
+                                            (times[2] - times[0]));
             continue;
         }
         double moved_rad = 0;
@@ -53,9 +53,9 @@ double sky_motion_rad(const scene::Scene& scene, const std::vector<BuiltBody>& b
                 moved_rad += std::atan2(length(cross(to_object[i - 1], to_object[i])),
                                         dot(to_object[i - 1], to_object[i]));
         }
-        most_rad = std::max(most_rad, moved_rad);
+        max_rad = std::max(max_rad, moved_rad);
     }
-    return most_rad;
+    return max_rad;
 }
 
 /// Apparent motion of a body along successive poses, without the rotation of the camera; 0 if it stays out of
@@ -89,16 +89,16 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     const double turn_rad = exposure_angle(camera[0].orientation, camera[1].orientation) +
                             exposure_angle(camera[1].orientation, camera[2].orientation);
     const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;
-    double most_rad = 0;
+    double max_rad = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const double radius_m = bodies[b].shape->bounding_radius_m();
         std::array<Pose, 3> body;
         for (std::size_t i = 0; i < 3; ++i)
             body[i] = apparent_pose(scene, bodies, b, camera[i].position_m, times[i]);
-        most_rad = std::max(most_rad, motion_in_field_rad(camera, body, radius_m, field_rad));
+        max_rad = std::max(max_rad, motion_in_field_rad(camera, body, radius_m, field_rad));
     }
-    if (scene.sky_objects) most_rad = std::max(most_rad, sky_motion_rad(scene, bodies, times, camera));
-    return (turn_rad + most_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
+    if (scene.sky_objects) max_rad = std::max(max_rad, sky_motion_rad(scene, bodies, times, camera));
+    return (turn_rad + max_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
 }
 
 double change_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
@@ -108,12 +108,12 @@ double change_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     const std::array camera{from.camera, to.camera};
     const double turn_rad = exposure_angle(camera[0].orientation, camera[1].orientation);
     const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;
-    double most_rad = 0;
+    double max_rad = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b)
-        most_rad =
-            std::max(most_rad, motion_in_field_rad(camera, std::array{from.bodies[b].pose, to.bodies[b].pose},
-                                                   bodies[b].shape->bounding_radius_m(), field_rad));
-    return (most_rad + turn_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
+        max_rad =
+            std::max(max_rad, motion_in_field_rad(camera, std::array{from.bodies[b].pose, to.bodies[b].pose},
+                                                  bodies[b].shape->bounding_radius_m(), field_rad));
+    return (max_rad + turn_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
 }
 
 Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most) {

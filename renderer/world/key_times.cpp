@@ -10,7 +10,7 @@ namespace obscura::renderer {
 namespace {
 
 /// Largest number of intervals in an exposure, about.
-constexpr std::int64_t most_intervals = 16;
+constexpr std::int64_t max_intervals = 16;
 /// Motion, relative to the spacing, of which nothing is seen.
 constexpr double still = 1.0 / 64;
 
@@ -56,11 +56,11 @@ void KeyTimes::find(const RowTime& row, std::vector<KeyTime>& keys) {
         keys.push_back({Time{mid >> live_bits << live_bits}, 1});
         return;
     }
-    int bits = most_bits;
-    while (bits > least_bits && motion(bits, mid >> bits) > spacing_px_ &&
-           (std::int64_t{1} << bits) > exposure / most_intervals)
+    int bits = max_bits;
+    while (bits > min_bits && motion(bits, mid >> bits) > spacing_px_ &&
+           (std::int64_t{1} << bits) > exposure / max_intervals)
         --bits;
-    while ((std::int64_t{1} << bits) < exposure / most_intervals)
+    while ((std::int64_t{1} << bits) < exposure / max_intervals)
         ++bits;
     const std::int64_t length = std::int64_t{1} << bits;
     if (exposure <= length && motion(bits, mid >> bits) <= still * spacing_px_) {

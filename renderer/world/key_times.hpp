@@ -41,7 +41,7 @@ public:
     [[nodiscard]] bool live() const { return live_; }
 
 private:
-    static constexpr int most_bits = 30, least_bits = 19, live_bits = 22;
+    static constexpr int max_bits = 30, min_bits = 19, live_bits = 22;
     /// Motion in interval `index` of 2^bits ns, px.
     double motion(int bits, std::int64_t index);
 
@@ -55,7 +55,7 @@ private:
         std::int64_t index = 0;
         double motion_px = 0;
     };
-    std::array<Measured, most_bits + 1> measured_; ///< last interval of each length
+    std::array<Measured, max_bits + 1> measured_; ///< last interval of each length
 };
 
 } // namespace obscura::renderer

@@ -38,7 +38,7 @@ double lamp_change_px(const scene::Scene& scene, const std::vector<BuiltBody>& b
                       const Projection& projection, const GroundTruth& from, std::span<const Pose> from_lamps,
                       const GroundTruth& to, std::span<const Pose> to_lamps) {
     if (scene.bodies.size() > max_truth_bodies) return std::numeric_limits<double>::infinity();
-    double most_rad = 0;
+    double max_rad = 0;
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) { // `bodies` may have the Sun after these
         const Pose &before = from.bodies[b].pose, &after = to.bodies[b].pose;
         const double radius_m = bodies[b].shape->bounding_radius_m();
@@ -49,10 +49,10 @@ double lamp_change_px(const scene::Scene& scene, const std::vector<BuiltBody>& b
             const double way = way_m(seen_from(before, from_lamps[l]), seen_from(after, to_lamps[l]),
                                      scene.lamps[l].beam != scene::Lamp::Beam::point, radius_m);
             if (way > 0 && !(range_m > 0)) return std::numeric_limits<double>::infinity();
-            if (way > 0) most_rad = std::max(most_rad, way / range_m);
+            if (way > 0) max_rad = std::max(max_rad, way / range_m);
         }
     }
-    return most_rad / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
+    return max_rad / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
 }
 
 } // namespace obscura::renderer

@@ -8,9 +8,9 @@ namespace obscura::renderer {
 namespace {
 
 /// Least irradiance over the Sun's: of fainter sources the light is left to random directions.
-constexpr double least_ratio = 1e-7;
+constexpr double min_ratio = 1e-7;
 /// Largest squared sine of a source's angular radius.
-constexpr double most_sine2 = 0.5;
+constexpr double max_sine2 = 0.5;
 
 /// Radiance of a surface lit and seen at 45 degrees, per collimated irradiance, times pi.
 double brightness(const BodyState& body) {
@@ -40,7 +40,7 @@ void find_planetshine(RowState& row) {
             if (a == b || body.material == nullptr) continue;
             const Vec3 to_body = body.position_m - source.position_m;
             const double near = length(to_body) - body.shape->bounding_radius_m();
-            if (!(radius * radius < most_sine2 * near * near && near > 0)) continue;
+            if (!(radius * radius < max_sine2 * near * near && near > 0)) continue;
             // The irradiance of a sphere at 1 au is as uncertain as its law; this is for the choice only.
             if (bright < 0) bright = brightness(source);
             const double cos_phase = dot(to_sun, to_body) / (length(to_sun) * length(to_body));
@@ -49,7 +49,7 @@ void find_planetshine(RowState& row) {
             auto& sources = body.planetshine;
             const auto place = std::find_if(sources.begin(), sources.end(),
                                             [&](const PlanetshineSource& s) { return ratio > s.ratio; });
-            if (!(ratio > least_ratio) || place == sources.end()) continue;
+            if (!(ratio > min_ratio) || place == sources.end()) continue;
             std::move_backward(place, sources.end() - 1, sources.end());
             *place = {static_cast<std::int32_t>(b), ratio};
         }

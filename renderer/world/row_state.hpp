@@ -122,7 +122,7 @@ constexpr double samples_per_body = 16384;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
 /// Samples of the facets of such a body, if most of it is lit: the noise of its light is about 0.1 %.
-constexpr std::uint32_t least_facet_samples = 8192;
+constexpr std::uint32_t min_facet_samples = 8192;
 /// Largest lit share of the disc, and lit area, of a thin crescent: with less light, pixel samples are too
 /// few; of a larger area they are enough. Bodies with facets may be in shadow elsewhere.
 constexpr double crescent_share = 0.25;

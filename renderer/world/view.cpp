@@ -52,7 +52,7 @@ bool point_on_sensor(const scene::Camera& camera, const std::optional<ImagePoint
 /// Whether `point`, body frame, is inside a closed surface: nearly all rays from it cross the surface an odd
 /// number of times. (A ray through an edge of a mesh may be counted wrong.)
 bool is_inside(const Shape& shape, Vec3 point) {
-    constexpr int most_crossings = 64;
+    constexpr int max_crossings = 64;
     const double step_m = 1e-6 * shape.bounding_radius_m();
     int odd = 0;
     for (int i = 0; i < packet_size; ++i) {
@@ -63,7 +63,7 @@ bool is_inside(const Shape& shape, Vec3 point) {
         const Vec3 direction{rho * std::cos(longitude), rho * std::sin(longitude), z};
         Vec3 origin = point;
         int crossings = 0;
-        for (; crossings < most_crossings; ++crossings) {
+        for (; crossings < max_crossings; ++crossings) {
             const double t = distance_along(shape, origin, direction);
             if (t == no_hit) break;
             origin = origin + direction * (t + step_m);

@@ -64,8 +64,8 @@ void write_all(int file, std::string_view data, std::uint64_t offset, const std:
 } // namespace
 
 ClientFiles::ClientFiles(std::filesystem::path root, const std::filesystem::path& output,
-                         std::uint64_t most_bytes, compatible::ResourceTable resources)
-    : root_(std::move(root)), resources_(std::move(resources)), left_bytes_(most_bytes) {
+                         std::uint64_t max_bytes, compatible::ResourceTable resources)
+    : root_(std::move(root)), resources_(std::move(resources)), left_bytes_(max_bytes) {
     if (!output.empty()) output_.emplace(output);
 }
 

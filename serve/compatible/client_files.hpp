@@ -21,9 +21,9 @@ namespace obscura::serve {
 /// All members throw Failure.
 class ClientFiles {
 public:
-    /// `output`: empty: nothing can be written. `most_bytes`: that the client may send in all. `resources`:
+    /// `output`: empty: nothing can be written. `max_bytes`: that the client may send in all. `resources`:
     /// files for names that are in neither folder. Throws InputError for folders that are none.
-    ClientFiles(std::filesystem::path root, const std::filesystem::path& output, std::uint64_t most_bytes,
+    ClientFiles(std::filesystem::path root, const std::filesystem::path& output, std::uint64_t max_bytes,
                 compatible::ResourceTable resources = {});
 
     /// A file to read: by the current folder, the resource path, its folders (materials, DEM, textures, ...),

@@ -14,7 +14,7 @@
 namespace obscura::serve {
 namespace {
 
-constexpr std::size_t most_keys = 1000;
+constexpr std::size_t max_keys = 1000;
 
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view blank = " \t\r";
@@ -57,8 +57,8 @@ DemFile DemFile::parse(std::string_view text, const std::string& name) {
         if (key.empty() || value.empty())
             throw InputError(
                 fmt::format("{}:{}: \"{}\", wanted KEY = VALUE;", name, line, config::printable(row, 40)));
-        if (made.keys_.size() == most_keys)
-            throw InputError(fmt::format("{}:{}: more than {} keys", name, line, most_keys));
+        if (made.keys_.size() == max_keys)
+            throw InputError(fmt::format("{}:{}: more than {} keys", name, line, max_keys));
         made.keys_.emplace_back(key, value_of(value));
     }
     return made;

@@ -2,7 +2,7 @@
 // Handlers of the published client's commands, by name.
 #pragma once
 
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 #include "service/compatible/session.hpp"
 
 #include <functional>
@@ -23,7 +23,7 @@ using service::compatible::Value;
 /// What a handler works on.
 struct Request {
     const service::compatible::Command& command;
-    Door& door;
+    ClientState& client_state;
     const Arguments& arguments;
     Reply& reply;
     service::Work& work;

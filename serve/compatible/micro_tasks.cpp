@@ -21,7 +21,7 @@ using service::compatible::Value;
 constexpr std::size_t numbers_a_row = 9, column = 1, row_number = 2, weight = 7;
 constexpr std::int32_t cluster_edge = 16;
 /// Pixels between two of a row for which no window ends.
-constexpr std::int32_t least_gap = 8;
+constexpr std::int32_t min_gap = 8;
 
 /// NaN: no number.
 double number_of(const Value& value) {
@@ -88,7 +88,7 @@ std::vector<Region> windows_of(const std::vector<float>& weights, std::int32_t w
         std::vector<Region> runs;
         for (std::int32_t x = 0; x < width; ++x) {
             if (row[x] <= 0) continue;
-            if (runs.empty() || x - (runs.back().x + runs.back().width) >= least_gap)
+            if (runs.empty() || x - (runs.back().x + runs.back().width) >= min_gap)
                 runs.push_back({x, y, 1, 1});
             else
                 runs.back().width = x - runs.back().x + 1;

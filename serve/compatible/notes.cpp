@@ -12,13 +12,13 @@ using service::compatible::Fields;
 using service::compatible::Value;
 
 void Notes::set(const std::string& name, const Value& value) {
-    constexpr std::size_t most_bytes = std::size_t{16} << 20;
+    constexpr std::size_t max_bytes = std::size_t{16} << 20;
     const auto before = notes_.find(name);
     const std::size_t bytes = service::compatible::encode({{name, value}}).size();
     const std::size_t left = bytes_ - (before != notes_.end() ? before->second.bytes : 0);
-    if (left + bytes > most_bytes)
+    if (left + bytes > max_bytes)
         throw service::Failure(service::FailureCode::too_large,
-                               fmt::format("values of more than {} bytes in all", most_bytes));
+                               fmt::format("values of more than {} bytes in all", max_bytes));
     bytes_ = left + bytes;
     notes_[name] = {value, bytes};
 }

@@ -2,7 +2,7 @@
 // Objects and models by name, within the limit of how many there are.
 #pragma once
 
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 #include "service/compatible/arguments.hpp"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace obscura::serve::compatible {
 
 /// Largest number of objects, of models of a kind and of aliases.
-constexpr std::size_t most_objects = 100'000;
+constexpr std::size_t max_objects = 100'000;
 
 /// Creates or replaces the element called as the argument says. Throws Failure for an empty name, or one too
 /// many.
@@ -27,8 +27,8 @@ Element& put(std::map<std::string, Element>& all, const service::compatible::Arg
     if (name.empty() || name.size() > longest)
         throw arguments.refused(argument, fmt::format("{} bytes", name.size()),
                                 fmt::format("1 to {}", longest));
-    if (all.size() >= most_objects && !all.contains(name))
-        throw arguments.refused(argument, "one more", fmt::format("{} in all", most_objects));
+    if (all.size() >= max_objects && !all.contains(name))
+        throw arguments.refused(argument, "one more", fmt::format("{} in all", max_objects));
     return all[name] = std::move(element);
 }
 

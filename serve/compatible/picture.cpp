@@ -62,7 +62,7 @@ double PictureLens::radius(double angle_rad) const {
     return 0;
 }
 
-double PictureLens::most_angle_rad() const {
+double PictureLens::max_angle_rad() const {
     using scene::Projection;
     const bool half = projection == Projection::pinhole || projection == Projection::orthographic;
     return half ? std::numbers::pi / 2 : std::numbers::pi;
@@ -92,7 +92,7 @@ Vec3 PictureLens::direction(double x, double y) const {
         angle_rad = r <= 1 ? std::asin(r) : 4;
         break;
     }
-    if (angle_rad > most_angle_rad()) return {};
+    if (angle_rad > max_angle_rad()) return {};
     const double across = r > 0 ? std::sin(angle_rad) / r : 0;
     return {u * across, v * across, std::cos(angle_rad)};
 }

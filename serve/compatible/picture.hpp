@@ -25,7 +25,7 @@ struct PictureLens {
     /// there.
     [[nodiscard]] Vec3 direction(double x, double y) const;
     /// Largest angle to the boresight, exclusive.
-    [[nodiscard]] double most_angle_rad() const;
+    [[nodiscard]] double max_angle_rad() const;
 
     [[nodiscard]] bool operator==(const PictureLens&) const = default;
 };

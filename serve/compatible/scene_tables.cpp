@@ -2,7 +2,7 @@
 #include "serve/compatible/scene_tables.hpp"
 
 #include "renderer/lights/spectrum.hpp"
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 
 #include <fmt/format.h>
 
@@ -26,15 +26,15 @@ json table_json(const Quat& q) {
 
 /// The bands of the channels, and the Sun. Its light is free in each channel: the largest sets the factor on
 /// the spectrum, transmissions lower the others. Nothing else here depends on them.
-void add_sunlight(const Door& door, json& tree) {
+void add_sunlight(const ClientState& client_state, json& tree) {
     Channels ratio{};
     for (std::size_t c = 0; c < channels; ++c) {
-        const SpectralBand band{door.bands[c].from_nm * 1e-9, door.bands[c].to_nm * 1e-9};
-        ratio[c] = door.sun_power_w_sr[c] / (au_m * au_m) / renderer::sun_irradiance_w_m2(band);
+        const SpectralBand band{client_state.bands[c].from_nm * 1e-9, client_state.bands[c].to_nm * 1e-9};
+        ratio[c] = client_state.sun_power_w_sr[c] / (au_m * au_m) / renderer::sun_irradiance_w_m2(band);
     }
     const double largest = *std::max_element(ratio.begin(), ratio.end());
     for (std::size_t c = 0; c < channels; ++c) {
-        const ChannelBand& band = door.bands[c];
+        const ChannelBand& band = client_state.bands[c];
         json row{{"from_nm", band.from_nm}, {"to_nm", band.to_nm}};
         if (ratio[c] < largest) row["transmission"] = json::array({{band.from_nm, ratio[c] / largest}});
         tree["band"].push_back(std::move(row));
@@ -55,9 +55,9 @@ Pose offset_at(const std::vector<scene::TimedPose>& rows, double time_s) {
 
 /// Keys of position and attitude; of a motion during the exposure a table of both. `motion` and `offset_m`
 /// are in the frame of the object.
-void add_placement(Door& door, const Placement& p, json& table,
+void add_placement(ClientState& client_state, const Placement& p, json& table,
                    const std::vector<scene::TimedPose>& motion = {}, Vec3 offset_m = {}) {
-    const double span_s = door.camera.exposure_s();
+    const double span_s = client_state.camera.exposure_s();
     const double turned_rad = length(p.rate_rad_s) * span_s;
     const auto pose_at = [&](double t) {
         const Quat q =
@@ -88,11 +88,11 @@ void add_placement(Door& door, const Placement& p, json& table,
         text += fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", t, at.x,
                             at.y, at.z, q.w, q.x, q.y, q.z);
     }
-    table["trajectory"] = door.own.file_of(".csv", text);
+    table["trajectory"] = client_state.own.file_of(".csv", text);
 }
 
-json camera_table(Door& door) {
-    const CameraSettings& c = door.camera;
+json camera_table(ClientState& client_state) {
+    const CameraSettings& c = client_state.camera;
     const double fx_px = c.width / 2.0 / c.lens.radius(c.fov_x_rad / 2);
     const double fy_px = c.height / 2.0 / c.lens.radius(c.fov_y_rad / 2);
     // Any pitch makes the same picture; focal lengths of scene files begin at 0.1 mm, pitches end at 1 mm.
@@ -118,18 +118,19 @@ json camera_table(Door& door) {
     // Through each point of the pupil the plane of focus is seen at the same place.
     const auto [x_m, y_m] = c.pupil_point_m;
     if (c.focus_m > 0) table["principal_offset_px"] = {fx_px * x_m / c.focus_m, fy_px * y_m / c.focus_m};
-    add_placement(door, door.objects.at("camera").placement, table, c.motion, {x_m, y_m, 0});
+    add_placement(client_state, client_state.objects.at("camera").placement, table, c.motion, {x_m, y_m, 0});
     return table;
 }
 
 } // namespace
 
-json scene_tables(Door& door) {
-    json tree{{"quantity", door.rendering.irradiance ? "irradiance" : "radiance"},
-              {"max_bounces", door.rendering.path_tracing ? door.rendering.secondary_rays : 0}};
-    add_sunlight(door, tree);
-    tree["camera"] = camera_table(door);
-    for (const auto& [name, object] : door.objects) {
+json scene_tables(ClientState& client_state) {
+    json tree{
+        {"quantity", client_state.rendering.irradiance ? "irradiance" : "radiance"},
+        {"max_bounces", client_state.rendering.path_tracing ? client_state.rendering.secondary_rays : 0}};
+    add_sunlight(client_state, tree);
+    tree["camera"] = camera_table(client_state);
+    for (const auto& [name, object] : client_state.objects) {
         json table = object.keys;
         switch (object.kind) {
         case Object::Kind::camera:
@@ -141,13 +142,13 @@ json scene_tables(Door& door) {
         case Object::Kind::body:
         case Object::Kind::light:
             table["name"] = name;
-            add_placement(door, object.placement, table);
+            add_placement(client_state, object.placement, table);
             tree[object.kind == Object::Kind::body ? "body" : "lamp"].push_back(std::move(table));
             break;
         }
     }
-    if (!door.background.file.empty()) tree["stars"]["irradiances"] = door.background.file;
-    door.own.sweep();
+    if (!client_state.background.file.empty()) tree["stars"]["irradiances"] = client_state.background.file;
+    client_state.own.sweep();
     return tree;
 }
 

@@ -10,9 +10,9 @@
 
 namespace obscura::serve::compatible {
 
-class Door;
+class ClientState;
 
-/// The scene of `door`, whose session folder gets files that the tables name.
-[[nodiscard]] nlohmann::json scene_tables(Door& door);
+/// The scene of `client_state`, whose session folder gets files that the tables name.
+[[nodiscard]] nlohmann::json scene_tables(ClientState& client_state);
 
 } // namespace obscura::serve::compatible

@@ -18,7 +18,7 @@ namespace obscura::serve::compatible {
 using service::Failure;
 using service::FailureCode;
 
-SessionFolder::SessionFolder(std::uint64_t most_bytes) : most_bytes_(most_bytes) {
+SessionFolder::SessionFolder(std::uint64_t max_bytes) : max_bytes_(max_bytes) {
     std::string pattern = (std::filesystem::temp_directory_path() / "obscura-serve-XXXXXX").string();
     if (::mkdtemp(pattern.data()) == nullptr)
         throw HardwareError(fmt::format("{}: {}", pattern, std::strerror(errno)));
@@ -76,10 +76,10 @@ void SessionFolder::clear() {
 void SessionFolder::count(const std::string& file, std::uint64_t bytes) {
     const auto known = sizes_.find(file);
     const std::uint64_t others = bytes_ - (known != sizes_.end() ? known->second : 0);
-    if (bytes > most_bytes_ || others > most_bytes_ - bytes)
+    if (bytes > max_bytes_ || others > max_bytes_ - bytes)
         throw Failure(FailureCode::too_large,
                       fmt::format("{} bytes beside {} of textures, tables and meshes, allowed {} in all",
-                                  bytes, others, most_bytes_));
+                                  bytes, others, max_bytes_));
     sizes_[file] = bytes;
     bytes_ = others + bytes;
 }

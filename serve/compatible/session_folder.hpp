@@ -14,7 +14,7 @@ namespace obscura::serve::compatible {
 class SessionFolder {
 public:
     /// For files of so many bytes in all. Throws HardwareError if it cannot be made.
-    explicit SessionFolder(std::uint64_t most_bytes);
+    explicit SessionFolder(std::uint64_t max_bytes);
     ~SessionFolder();
     SessionFolder(const SessionFolder&) = delete;
     SessionFolder& operator=(const SessionFolder&) = delete;
@@ -37,7 +37,7 @@ public:
 
 private:
     std::filesystem::path path_;
-    const std::uint64_t most_bytes_;
+    const std::uint64_t max_bytes_;
     std::uint64_t bytes_ = 0;
     std::map<std::string, std::uint64_t> sizes_; ///< of the files that are there
     std::uint64_t files_ = 0;

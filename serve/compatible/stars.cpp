@@ -18,7 +18,7 @@ namespace obscura::serve::compatible {
 namespace {
 
 /// Stars that a map may have.
-constexpr std::size_t most_stars = 200'000;
+constexpr std::size_t max_stars = 200'000;
 
 /// A text: the count, then x y z and the irradiances of the channels of each star.
 Background read_map(Request& r, const std::filesystem::path& file) {
@@ -29,7 +29,7 @@ Background read_map(Request& r, const std::filesystem::path& file) {
                                    "a star map: the number of stars, then x y z e0 e1 e2 e3 of each");
     };
     if (!(in >> count)) throw refused("the file does not begin with a number of stars");
-    if (count > most_stars) throw refused(fmt::format("{} stars, allowed {}", count, most_stars));
+    if (count > max_stars) throw refused(fmt::format("{} stars, allowed {}", count, max_stars));
     Background stars;
     for (std::size_t i = 0; i < count; ++i) {
         Vec3 direction;
@@ -67,27 +67,27 @@ Background shipped_stars(const std::array<ChannelBand, channels>& bands) {
 
 void set_background(Request& r) {
     const std::string& name = r.arguments.text("background");
-    Background& background = r.door.background;
+    Background& background = r.client_state.background;
     Background stars;
     if (name.ends_with(".bin")) {
-        stars = shipped_stars(r.door.bands);
+        stars = shipped_stars(r.client_state.bands);
         r.reply.warn(
             fmt::format("setBackground: binary star maps are not public: {} stars of the Bright Star "
                         "Catalogue instead",
                         stars.directions.size()));
     } else if (!name.empty()) {
-        stars = read_map(r, r.door.files.existing(name));
+        stars = read_map(r, r.client_state.files.existing(name));
     }
     stars.name = name;
     stars.threshold_w_m2 = background.threshold_w_m2;
     stars.file = background.file;
     background = std::move(stars);
-    write_stars(r.door);
+    write_stars(r.client_state);
 }
 
-void write_stars(Door& door) {
-    Background& b = door.background;
-    door.own.remove(std::exchange(b.file, {}));
+void write_stars(ClientState& client_state) {
+    Background& b = client_state.background;
+    client_state.own.remove(std::exchange(b.file, {}));
     std::string text = "x,y,z,e1,e2,e3,e4\n";
     bool any = false;
     for (std::size_t i = 0; i < b.directions.size(); ++i) {
@@ -98,7 +98,7 @@ void write_stars(Door& door) {
         text += fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", d.x, d.y, d.z, e[0],
                             e[1], e[2], e[3]);
     }
-    if (any) b.file = door.own.write(".csv", text);
+    if (any) b.file = client_state.own.write(".csv", text);
 }
 
 } // namespace obscura::serve::compatible

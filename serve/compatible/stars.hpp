@@ -9,6 +9,6 @@ namespace obscura::serve::compatible {
 /// Reads the star map that the call names. Throws Failure.
 void set_background(Request& request);
 /// Makes the table of the stars above the threshold.
-void write_stars(Door& door);
+void write_stars(ClientState& client_state);
 
 } // namespace obscura::serve::compatible

@@ -30,7 +30,7 @@ enum Type : std::uint32_t {
 };
 constexpr std::uint32_t empty_length = 0xFFFFFFFF;
 /// Items for which room is made ahead: a count is no promise.
-constexpr std::uint32_t most_reserved = 4096;
+constexpr std::uint32_t max_reserved = 4096;
 
 Failure broken(const std::string& what) {
     return {FailureCode::bad_message, what};
@@ -305,9 +305,9 @@ bool Decoder::open(Reader& reader, bool is_map) {
     opened.is_map = is_map;
     opened.left = count;
     if (is_map)
-        opened.fields.reserve(std::min(count, most_reserved));
+        opened.fields.reserve(std::min(count, max_reserved));
     else
-        opened.list.reserve(std::min(count, most_reserved));
+        opened.list.reserve(std::min(count, max_reserved));
     open_.push_back(std::move(opened));
     close();
     return true;

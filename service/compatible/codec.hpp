@@ -20,7 +20,7 @@ namespace obscura::service::compatible {
 /// stream cannot be read on.
 class Decoder {
 public:
-    explicit Decoder(const DoorLimits& limits) : limits_(limits) {}
+    explicit Decoder(const CompatibleLimits& limits) : limits_(limits) {}
 
     /// Reads on to the end of the message at most. Returns how many bytes of `text` it has read: the rest is
     /// wanted again, with more behind it. Throws Failure (bad_message) for an unknown type or text that is no
@@ -56,7 +56,7 @@ private:
     /// Makes the innermost map or list a value of the one around it if it is complete.
     void close();
 
-    const DoorLimits limits_;
+    const CompatibleLimits limits_;
     std::vector<Open> open_;
     Fields message_;
     std::size_t bytes_ = 0, values_ = 0;

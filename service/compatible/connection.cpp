@@ -22,9 +22,9 @@ namespace obscura::service::compatible {
 namespace {
 
 /// Bytes that are received of one client before the others have their turn.
-constexpr std::size_t most_at_once = 1 << 15;
+constexpr std::size_t max_batch = 1 << 15;
 /// Bytes that wait for the thread, at most one receipt more.
-constexpr std::size_t most_received = 1 << 20;
+constexpr std::size_t max_received = 1 << 20;
 
 } // namespace
 
@@ -39,8 +39,8 @@ private:
     const std::atomic<bool>& stop_;
 };
 
-Connection::Connection(FileDescriptor socket, const DoorLimits& limits, Host& host, MemoryAccount& memory,
-                       std::function<void()> wake)
+Connection::Connection(FileDescriptor socket, const CompatibleLimits& limits, Host& host,
+                       MemoryAccount& memory, std::function<void()> wake)
     : limits_(limits),
       host_(host),
       memory_(memory),
@@ -60,7 +60,7 @@ void Connection::end() {
 short Connection::events() const {
     const std::lock_guard lock(mutex_);
     int events = 0;
-    if (ends_ || received_bytes_ < most_received) events |= POLLIN;
+    if (ends_ || received_bytes_ < max_received) events |= POLLIN;
     if (outbox_.ready(Clock::now())) events |= POLLOUT;
     return static_cast<short>(events);
 }
@@ -98,7 +98,7 @@ void Connection::look_at(Clock::time_point now) {
 }
 
 void Connection::receive() {
-    std::string bytes(most_at_once, '\0');
+    std::string bytes(max_batch, '\0');
     const ssize_t count = ::recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
     if (count <= 0) return hang_up(ends_with_close(last_bytes_));
@@ -129,7 +129,7 @@ void Connection::take(std::string bytes) {
     {
         const std::lock_guard lock(mutex_);
         received_bytes_ += bytes.size();
-        if (!received_.empty() && received_.back().size() + bytes.size() <= most_at_once)
+        if (!received_.empty() && received_.back().size() + bytes.size() <= max_batch)
             received_.back() += bytes;
         else
             received_.push_back(std::move(bytes));
@@ -181,7 +181,7 @@ void Connection::end_with(std::string_view what) {
         outbox_.add_line(fmt::format("[error] {}", what), true);
     }
     changed_.notify_all();
-    ends_ = Clock::now() + limits_.farewell_ms;
+    ends_ = Clock::now() + limits_.linger_timeout_ms;
 }
 
 void Connection::run_requests() {
@@ -221,7 +221,7 @@ bool Connection::read_ahead(RequestReader& reader) {
             spent = outbox_.take_spent();
             if (reader.wants_bytes()) {
                 pieces.swap(received_);
-                resumes = std::exchange(received_bytes_, 0) >= most_received;
+                resumes = std::exchange(received_bytes_, 0) >= max_received;
             }
             if (ending_ && pieces.empty() && reader.waiting.empty() && !reader.can_read()) return false;
         }

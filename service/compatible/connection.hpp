@@ -40,7 +40,7 @@ class Connection final : public Peer {
 public:
     /// `wake` is called on the connection's thread when there is something to send, or room for requests.
     /// `host` and `memory` outlive this.
-    Connection(FileDescriptor socket, const DoorLimits& limits, Host& host, MemoryAccount& memory,
+    Connection(FileDescriptor socket, const CompatibleLimits& limits, Host& host, MemoryAccount& memory,
                std::function<void()> wake);
     /// Waits for the command in progress.
     ~Connection() override;
@@ -75,7 +75,7 @@ private:
     void answer(const ReadRequest& request, const Command* command, std::string_view name, Reply reply,
                 bool failed);
 
-    const DoorLimits limits_;
+    const CompatibleLimits limits_;
     Host& host_;
     MemoryAccount& memory_;
     const std::function<void()> wake_;

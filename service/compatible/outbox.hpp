@@ -29,19 +29,19 @@ struct Packet {
 /// skips messages until one bears the name of its call. So:
 ///
 /// An answer that is not begun is dropped as soon as a later request has been read: the client cannot be
-/// waiting for it. At most one answer and DoorLimits::lines lines of log wait.
+/// waiting for it. At most one answer and CompatibleLimits::lines lines of log wait.
 ///
 /// A line `[error]` makes the call that reads it fail, and what answers that call stays in the stream: the
 /// next call of that name would take it for its own. So the answer of the failing call, and of the first call
 /// after it for which the client waits, is held until the next request comes, and then dropped; or, if none
-/// comes, for DoorLimits::hold_ms, as for a client that ignores errors.
+/// comes, for CompatibleLimits::hold_ms, as for a client that ignores errors.
 ///
 /// Not thread-safe; does no input and output.
 class Outbox {
 public:
     using Clock = std::chrono::steady_clock;
 
-    explicit Outbox(const DoorLimits& limits) : limits_(limits) {}
+    explicit Outbox(const CompatibleLimits& limits) : limits_(limits) {}
 
     /// Notes that `count` requests have been read. Returns the number of the first.
     std::uint64_t requests_read(std::size_t count);
@@ -80,7 +80,7 @@ private:
     void drop_answer();
     void spend(Packet packet);
 
-    const DoorLimits limits_;
+    const CompatibleLimits limits_;
     std::uint64_t read_ = 0; ///< requests
     std::deque<Packet> lines_;
     std::size_t left_out_ = 0; ///< lines beyond the limit

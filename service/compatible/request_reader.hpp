@@ -23,12 +23,12 @@ struct ReadRequest {
     MemoryAccount::Share share{};
 };
 
-/// Reads ahead up to DoorLimits::requests. Thread-bound: of the thread that runs the requests, for messages
-/// of millions of values take a while to read and to free.
+/// Reads ahead up to CompatibleLimits::requests. Thread-bound: of the thread that runs the requests, for
+/// messages of millions of values take a while to read and to free.
 class RequestReader {
 public:
     /// `memory` outlives this.
-    RequestReader(const DoorLimits& limits, MemoryAccount& memory)
+    RequestReader(const CompatibleLimits& limits, MemoryAccount& memory)
         : limits_(limits), memory_(memory), decoder_(limits) {}
 
     /// More bytes of the client; best when wants_bytes().
@@ -53,7 +53,7 @@ private:
     [[nodiscard]] bool has_room() const noexcept;
     void take_message();
 
-    const DoorLimits limits_;
+    const CompatibleLimits limits_;
     MemoryAccount& memory_;
     Decoder decoder_;
     std::string input_;

@@ -12,7 +12,7 @@ namespace obscura::sync {
 namespace {
 
 // One byte of the kernel's field is the terminating zero.
-constexpr std::size_t longest_name = GPIO_MAX_NAME_SIZE - 1;
+constexpr std::size_t max_name_bytes = GPIO_MAX_NAME_SIZE - 1;
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
     throw std::invalid_argument(
@@ -45,7 +45,7 @@ GpioLineName parse_gpio_line(const std::string& text) {
     } else if (names_chip) {
         refuse(text, "the line's offset in the chip is missing");
     }
-    if (text.size() > longest_name) refuse(text, fmt::format("longer than {} characters", longest_name));
+    if (text.size() > max_name_bytes) refuse(text, fmt::format("longer than {} characters", max_name_bytes));
     return {.name = text};
 }
 

@@ -71,14 +71,14 @@ void PpsTrigger::run(TriggerSink& sink) noexcept {
         const Time now = clock_->now();
         state_.store(schedule.state(now), std::memory_order_relaxed);
         if (!schedule.started()) {
-            if (!clock_->sleep_until(now + Heartbeat::longest_wait_ns)) clock_->rearm();
+            if (!clock_->sleep_until(now + Heartbeat::max_wait_ns)) clock_->rearm();
             continue;
         }
         Time due = schedule.slot(next);
-        if (schedule.awaits_pulse(next)) due += pulse_patience_ns;
+        if (schedule.awaits_pulse(next)) due += pulse_timeout_ns;
         if (now < due) {
             // A new pulse moves the slot: recompute it whenever one comes.
-            if (!clock_->sleep_until(std::min(due, now + Heartbeat::longest_wait_ns))) clock_->rearm();
+            if (!clock_->sleep_until(std::min(due, now + Heartbeat::max_wait_ns))) clock_->rearm();
             continue;
         }
         std::uint64_t latest = schedule.first_slot_from(now + 1) - 1;

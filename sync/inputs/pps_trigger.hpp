@@ -17,10 +17,10 @@ namespace obscura::sync {
 
 /// Triggers at PPS + k/rate + phase. Nothing is triggered before the first pulse; the schedule continues
 /// through missing pulses (holdover). A slot that coincides with a pulse waits for that pulse, at most
-/// pulse_patience_ns, and has its time stamp. Slots missed by a late thread leave a gap in the ids.
+/// pulse_timeout_ns, and has its time stamp. Slots missed by a late thread leave a gap in the ids.
 class PpsTrigger final : public TriggerSource {
 public:
-    static constexpr std::int64_t pulse_patience_ns = 20 * ns_per_ms;
+    static constexpr std::int64_t pulse_timeout_ns = 20 * ns_per_ms;
 
     /// `open` opens the input of the pulses. `clock` must be exclusive to this source, which interrupts it.
     PpsTrigger(const PpsSettings& settings, const ThreadSettings& thread, EdgeTrigger::Open open,

@@ -109,7 +109,7 @@ void PtpTimer::run(TriggerSink& sink, const ReadDifference& read, std::int64_t d
         state_.store(state, std::memory_order_relaxed);
         const Time due = schedule.slot(k) + difference_ns;
         if (now < due) {
-            clock_->sleep_until(std::min(due, now + Heartbeat::longest_wait_ns));
+            clock_->sleep_until(std::min(due, now + Heartbeat::max_wait_ns));
             continue; // read the other clock again for the slot's time stamp
         }
         // At least slot k is due; of all due slots deliver the last and count the others as missed.

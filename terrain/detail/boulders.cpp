@@ -13,7 +13,7 @@ namespace obscura::terrain {
 namespace {
 
 constexpr std::uint32_t boulder_stream = 2;
-constexpr double least_height = 0.2, largest_height = 0.45; ///< of the diameter
+constexpr double min_height = 0.2, largest_height = 0.45; ///< of the diameter
 constexpr double min_boulder_cells = 3;
 /// Half the shortest axis of a rock.
 constexpr double half_thickness = 0.25; ///< of the diameter
@@ -27,8 +27,8 @@ std::vector<FeatureOctave> boulder_octaves(const Boulders::Settings& settings, b
     std::vector<FeatureOctave> octaves;
     const double most = settings.per_m2 * (ejecta ? 1 + settings.ejecta : 1);
     const auto count = [&](double diameter) { return most * exact_pow(diameter, -settings.index); };
-    if (!(settings.least_diameter_m < settings.largest_diameter_m)) return octaves;
-    const int first = static_cast<int>(std::floor(exact_log2(settings.least_diameter_m)));
+    if (!(settings.min_diameter_m < settings.largest_diameter_m)) return octaves;
+    const int first = static_cast<int>(std::floor(exact_log2(settings.min_diameter_m)));
     const int last = static_cast<int>(std::ceil(exact_log2(settings.largest_diameter_m))) - 1;
     for (int exponent = first; exponent <= last; ++exponent) {
         const double low = std::ldexp(1.0, exponent);
@@ -99,10 +99,10 @@ double Boulders::Dome::profile(Vec3 way_m) const {
     return square < 1 ? std::sqrt(1 - square) : 0;
 }
 
-std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diameter_m) const {
+std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double min_diameter_m) const {
     const std::vector<FeatureOctave>& octaves = field_.octaves();
     std::size_t first = 0;
-    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= least_diameter_m)
+    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= min_diameter_m)
         ++first;
     std::vector<Dome> made;
     if (first == octaves.size()) return made;
@@ -117,14 +117,14 @@ std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diamete
     }
     for (const Feature& feature : features) {
         const double diameter = diameter_m(feature);
-        if (diameter < least_diameter_m || !exists(diameter)) continue;
+        if (diameter < min_diameter_m || !exists(diameter)) continue;
         const double limit = cap.radius_m + diameter / 2;
         if (length_squared(feature.position_m - cap.centre_m) > limit * limit) continue;
         if (!stands(feature, around)) continue;
         Dome dome;
         const double share = uniform_double(feature.random[2] << 16);
         dome.boulder = {feature.id, feature.position_m, diameter,
-                        diameter * (least_height + share * (largest_height - least_height))};
+                        diameter * (min_height + share * (largest_height - min_height))};
         // Two directions along the ground, by a point within the unit disc.
         const Vec3 up =
             plane_ ? Vec3{0, 0, 1} : feature.position_m / std::sqrt(length_squared(feature.position_m));
@@ -232,9 +232,9 @@ HeightRange Boulders::range(const Cap& cap, double /*spacing_m*/, HeightRange be
     return result;
 }
 
-std::vector<Boulder> Boulders::near(const Cap& cap, double least_diameter_m) const {
+std::vector<Boulder> Boulders::near(const Cap& cap, double min_diameter_m) const {
     std::vector<Boulder> boulders;
-    for (const Dome& dome : domes(cap, least_diameter_m))
+    for (const Dome& dome : domes(cap, min_diameter_m))
         boulders.push_back(dome.boulder);
     return boulders;
 }

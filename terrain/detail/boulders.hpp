@@ -31,7 +31,7 @@ public:
     struct Settings {
         double per_m2 = 3e-4; ///< N(>1 m) without ejecta; 3e-4 and 2.482: the Moon as VIPER's team has it
         double index = 2.482; ///< N(>D) = per_m2 (D / 1 m)^-index
-        double least_diameter_m = 0.2;
+        double min_diameter_m = 0.2;
         double largest_diameter_m = 10;
         /// At the rim of a fresh crater there are 1 + ejecta times as many, less by exp(-(r - 1) / 0.7) at r
         /// radii and in proportion to the age, up to 0.3 Ga, when boulders are gone (Basilevsky, Head, Horz,
@@ -58,7 +58,7 @@ public:
     [[nodiscard]] double share_left(const SurfaceFeature& feature, double sample_spacing_m) const override;
 
     /// Boulders of at least a diameter that touch the cap.
-    [[nodiscard]] std::vector<Boulder> near(const Cap& cap, double least_diameter_m) const;
+    [[nodiscard]] std::vector<Boulder> near(const Cap& cap, double min_diameter_m) const;
 
 private:
     /// A boulder with what its shape follows from.
@@ -69,13 +69,13 @@ private:
         /// Share of its height that it has at a place, seen from its centre.
         [[nodiscard]] double profile(Vec3 way_m) const;
     };
-    [[nodiscard]] std::vector<Dome> domes(const Cap& cap, double least_diameter_m) const;
+    [[nodiscard]] std::vector<Dome> domes(const Cap& cap, double min_diameter_m) const;
     /// Height of a dome's top in tiles of a spacing.
     [[nodiscard]] double top_m(const Boulder& boulder, double spacing_m) const;
     /// Whether tiles of a spacing have the boulder as a rock.
     [[nodiscard]] bool is_rock(const Boulder& boulder, double spacing_m) const;
     [[nodiscard]] bool exists(double diameter_m) const {
-        return diameter_m >= settings_.least_diameter_m && diameter_m <= settings_.largest_diameter_m;
+        return diameter_m >= settings_.min_diameter_m && diameter_m <= settings_.largest_diameter_m;
     }
     [[nodiscard]] double diameter_m(const Feature& feature) const;
     /// Whether there is a boulder in that place, by the craters around.

@@ -145,19 +145,19 @@ std::vector<double> by_square(const std::vector<double>& heights) {
 
 } // namespace
 
-CraterProfiles::CraterProfiles(double diameter_m, double most_wear) : most_wear_(std::min(most_wear, gone)) {
+CraterProfiles::CraterProfiles(double diameter_m, double max_wear) : max_wear_(std::min(max_wear, gone)) {
     const double rim = crater_rim_m(diameter_m) / diameter_m;
     const double floor = rim - crater_depth_m(diameter_m) / diameter_m;
     std::vector<double> heights(nodes + 1), next(nodes + 1);
     for (std::size_t k = 0; k <= nodes; ++k)
         heights[k] = fresh(static_cast<double>(k) / nodes_per_radius, rim / 0.036822095, floor);
     rows_.push_back(by_square(heights));
-    constexpr double step = 1.0 / nodes_per_radius, most_time_step = 0.2 * step * step;
+    constexpr double step = 1.0 / nodes_per_radius, max_time_step = 0.2 * step * step;
     double wear = 0;
     for (std::size_t row = 1; row <= profile_rows; ++row) {
         const double share = static_cast<double>(row) / profile_rows;
-        const double until = most_wear_ * share * share;
-        const double parts = std::max(1.0, std::ceil((until - wear) / most_time_step));
+        const double until = max_wear_ * share * share;
+        const double parts = std::max(1.0, std::ceil((until - wear) / max_time_step));
         const double factor = (until - wear) / parts / (step * step);
         for (double part = 0; part < parts; ++part) {
             next[0] = heights[0] + 4 * factor * (heights[1] - heights[0]);
@@ -187,7 +187,7 @@ CraterProfiles::CraterProfiles(double diameter_m, double most_wear) : most_wear_
 }
 
 std::size_t CraterProfiles::at(double wear, double* values) const {
-    const double place = most_wear_ > 0 ? std::sqrt(std::min(wear / most_wear_, 1.0)) * profile_rows : 0.0;
+    const double place = max_wear_ > 0 ? std::sqrt(std::min(wear / max_wear_, 1.0)) * profile_rows : 0.0;
     const auto k = std::min(static_cast<std::size_t>(place), profile_rows - 1);
     const double part = place - static_cast<double>(k);
     const std::vector<double>&a = rows_[k], &b = rows_[k + 1];

@@ -50,8 +50,8 @@ public:
     static constexpr double reach_squared = reach * reach;
     static constexpr std::size_t steps = 200; ///< of the squared distance
 
-    /// Up to `most_wear`: kappa t / radius^2, but not further than the wear at which a crater is gone.
-    CraterProfiles(double diameter_m, double most_wear);
+    /// Up to `max_wear`: kappa t / radius^2, but not further than the wear at which a crater is gone.
+    CraterProfiles(double diameter_m, double max_wear);
 
     /// The profile at a wear: steps + 2 values, the last two 0. Returns the number of steps beyond which it
     /// is 0.
@@ -61,7 +61,7 @@ public:
     [[nodiscard]] double largest() const { return largest_; }
 
 private:
-    double most_wear_ = 0, least_ = 0, largest_ = 0;
+    double max_wear_ = 0, least_ = 0, largest_ = 0;
     /// At wears that are even in the square root.
     std::vector<std::vector<double>> rows_;
     std::vector<std::size_t> extents_; ///< of each row: steps beyond which it is nothing

@@ -56,10 +56,10 @@ double largest_allowed(const SurfaceDomain& domain) {
     return std::min({r.x, r.y, r.z}) / 3;
 }
 
-std::vector<FeatureOctave> crater_octaves(const CraterLaw& law, double least_m, double largest_m) {
+std::vector<FeatureOctave> crater_octaves(const CraterLaw& law, double min_m, double largest_m) {
     std::vector<FeatureOctave> octaves;
-    if (!(least_m < largest_m)) return octaves;
-    const int first = static_cast<int>(std::floor(exact_log2(least_m)));
+    if (!(min_m < largest_m)) return octaves;
+    const int first = static_cast<int>(std::floor(exact_log2(min_m)));
     const int last = static_cast<int>(std::ceil(exact_log2(largest_m))) - 1;
     for (int exponent = first; exponent <= last; ++exponent) {
         const double low = std::ldexp(1.0, exponent), high = 2 * low;
@@ -72,11 +72,11 @@ std::vector<FeatureOctave> crater_octaves(const CraterLaw& law, double least_m, 
 
 Craters::Craters(const SurfaceDomain& domain, const Settings& settings, std::uint64_t seed, bool over_maps)
     : over_maps_(over_maps),
-      least_diameter_m_(settings.least_diameter_m),
+      min_diameter_m_(settings.min_diameter_m),
       largest_diameter_m_(
           std::min({settings.largest_diameter_m, largest_allowed(domain), CraterLaw::largest_diameter_m})),
       law_(settings.age_ga),
-      field_(domain, seed, crater_stream, crater_octaves(law_, least_diameter_m_, largest_diameter_m_)) {
+      field_(domain, seed, crater_stream, crater_octaves(law_, min_diameter_m_, largest_diameter_m_)) {
     for (const FeatureOctave& octave : field_.octaves()) {
         const double low = std::ldexp(1.0, octave.exponent), high = 2 * low;
         OctaveLaw law{
@@ -267,7 +267,7 @@ void Craters::apply(const VertexGrid& grid, std::span<double> heights_m,
     stamps.reserve(features.size());
     for (const Feature& feature : features) {
         Stamp stamp = stamp_of(feature);
-        if (stamp.diameter_m <= min_crater_cells * grid.spacing_m || stamp.diameter_m < least_diameter_m_ ||
+        if (stamp.diameter_m <= min_crater_cells * grid.spacing_m || stamp.diameter_m < min_diameter_m_ ||
             stamp.diameter_m > largest_diameter_m_)
             continue;
         stamp.whole = whole(stamp.diameter_m, grid.spacing_m);
@@ -313,12 +313,12 @@ HeightRange Craters::range(const Cap& cap, double spacing_m, HeightRange below) 
     std::sort(stamps.begin(), stamps.end(), older);
     std::vector<HeightRange> sums(count);
     const double largest_spacing = log2_spacing(below.sample_spacing_m);
-    const auto most_share = [&](std::size_t octave) {
+    const auto max_share = [&](std::size_t octave) {
         return over_maps_ ? octave_share(octave, largest_spacing) : 1.0;
     };
     CraterProfile profile{};
     for (const Stamp& stamp : stamps) {
-        if (stamp.diameter_m < least_diameter_m_ || stamp.diameter_m > largest_diameter_m_) continue;
+        if (stamp.diameter_m < min_diameter_m_ || stamp.diameter_m > largest_diameter_m_) continue;
         const std::size_t octave = stamp.feature.octave;
         const double radius = stamp.diameter_m / 2;
         const double distance = length(stamp.feature.position_m - cap.centre_m);
@@ -330,15 +330,15 @@ HeightRange Craters::range(const Cap& cap, double spacing_m, HeightRange below) 
         profiles_[octave].at(wear(stamp), profile.data());
         const auto [low, high] = std::minmax_element(profile.begin() + static_cast<std::ptrdiff_t>(from),
                                                      profile.begin() + static_cast<std::ptrdiff_t>(to) + 1);
-        const double least_whole = whole(stamp.diameter_m, spacing_m);
-        sums[octave].least += stamp.diameter_m * std::min(*low, least_whole * *low);
-        sums[octave].largest += stamp.diameter_m * std::max(*high, least_whole * *high);
-        const double most_removed = most_share(octave) * removed(near_edge * near_edge);
-        const double least_removed = over_maps_ ? 0 : least_whole * removed(far_edge * far_edge);
+        const double min_whole = whole(stamp.diameter_m, spacing_m);
+        sums[octave].least += stamp.diameter_m * std::min(*low, min_whole * *low);
+        sums[octave].largest += stamp.diameter_m * std::max(*high, min_whole * *high);
+        const double max_removed = max_share(octave) * removed(near_edge * near_edge);
+        const double min_removed = over_maps_ ? 0 : min_whole * removed(far_edge * far_edge);
         for (std::size_t smaller = first; smaller < octave; ++smaller) {
             HeightRange& sum = sums[smaller];
-            sum.least *= sum.least < 0 ? 1 - least_removed : 1 - most_removed;
-            sum.largest *= sum.largest > 0 ? 1 - least_removed : 1 - most_removed;
+            sum.least *= sum.least < 0 ? 1 - min_removed : 1 - max_removed;
+            sum.largest *= sum.largest > 0 ? 1 - min_removed : 1 - max_removed;
         }
     }
     HeightRange result = below;
@@ -349,7 +349,7 @@ HeightRange Craters::range(const Cap& cap, double spacing_m, HeightRange below) 
             least = std::clamp(sums[octave].least, clamp.least, clamp.largest);
             largest = std::clamp(sums[octave].largest, clamp.least, clamp.largest);
         }
-        const double most = most_share(octave);
+        const double most = max_share(octave);
         result.least += over_maps_ ? most * std::min(least, 0.0) : least;
         result.largest += over_maps_ ? most * std::max(largest, 0.0) : largest;
     }
@@ -360,17 +360,17 @@ HeightRange Craters::range(const Cap& cap, double spacing_m, HeightRange below) 
     return result;
 }
 
-std::vector<Crater> Craters::near(const Cap& cap, double least_diameter_m, double radii) const {
+std::vector<Crater> Craters::near(const Cap& cap, double min_diameter_m, double radii) const {
     const std::vector<FeatureOctave>& octaves = field_.octaves();
     std::size_t first = 0;
-    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= least_diameter_m)
+    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= min_diameter_m)
         ++first;
     std::vector<Feature> features;
     field_.near(cap, first, octaves.size(), features, radii / CraterProfiles::reach);
     std::vector<Crater> craters;
     for (const Feature& feature : features) {
         const Stamp stamp = stamp_of(feature);
-        if (stamp.diameter_m < least_diameter_m || stamp.diameter_m < least_diameter_m_ ||
+        if (stamp.diameter_m < min_diameter_m || stamp.diameter_m < min_diameter_m_ ||
             stamp.diameter_m > largest_diameter_m_)
             continue;
         const double reach = cap.radius_m + radii * stamp.diameter_m / 2;
@@ -412,17 +412,17 @@ double Craters::share_left(const SurfaceFeature& feature, double sample_spacing_
     return left;
 }
 
-void Craters::add_young(const Cap& cap, double least_diameter_m, double age_ga, double radii,
+void Craters::add_young(const Cap& cap, double min_diameter_m, double age_ga, double radii,
                         std::pmr::vector<Crater>& craters) const {
     const std::vector<FeatureOctave>& octaves = field_.octaves();
     std::size_t first = 0;
-    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= least_diameter_m)
+    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= min_diameter_m)
         ++first;
     field_.visit_near(cap, first, octaves.size(), radii / CraterProfiles::reach, [&](const Feature& feature) {
         const Stamp stamp = stamp_of(feature);
         const double reach = cap.radius_m + radii * stamp.diameter_m / 2;
         const double age = law_.age_of(stamp.chronology);
-        if (!exists(stamp) || stamp.diameter_m < least_diameter_m || age >= age_ga ||
+        if (!exists(stamp) || stamp.diameter_m < min_diameter_m || age >= age_ga ||
             length_squared(feature.position_m - cap.centre_m) > reach * reach)
             return;
         craters.push_back({feature.id, feature.position_m, stamp.diameter_m, age});
@@ -437,7 +437,7 @@ double Craters::octave_deviation_m2(std::size_t octave, double baseline_m) const
     // Campbell's theorem: craters are independent, so each adds its own integral over the plane.
     constexpr double step = 0.2;
     const double diameter = middle_diameter_m(octave);
-    if (diameter < least_diameter_m_ || diameter > largest_diameter_m_) return 0;
+    if (diameter < min_diameter_m_ || diameter > largest_diameter_m_) return 0;
     const double radius = diameter / 2, shift = std::min(baseline_m / radius, 2 * CraterProfiles::reach);
     CraterProfile profile{};
     const auto height = [&](double x, double y) {

@@ -32,7 +32,7 @@ class Craters final : public HeightLayer {
 public:
     struct Settings {
         double age_ga = 3.9;
-        double least_diameter_m = 0.5;
+        double min_diameter_m = 0.5;
         double largest_diameter_m = CraterLaw::largest_diameter_m;
     };
 
@@ -54,10 +54,10 @@ public:
     [[nodiscard]] double share_left(const SurfaceFeature& feature, double sample_spacing_m) const override;
 
     /// Craters of at least a diameter whose rims, or `radii` times their radii, reach into the cap.
-    [[nodiscard]] std::vector<Crater> near(const Cap& cap, double least_diameter_m, double radii = 1) const;
+    [[nodiscard]] std::vector<Crater> near(const Cap& cap, double min_diameter_m, double radii = 1) const;
     /// Appends the craters of at least a diameter that are younger than an age and whose radii, `radii`
     /// times, reach into the cap.
-    void add_young(const Cap& cap, double least_diameter_m, double age_ga, double radii,
+    void add_young(const Cap& cap, double min_diameter_m, double age_ga, double radii,
                    std::pmr::vector<Crater>& craters) const;
     /// Share of a crater of a diameter that is added over samples of that spacing.
     [[nodiscard]] static double share(double diameter_m, double sample_spacing_m);
@@ -101,11 +101,11 @@ private:
     [[nodiscard]] double octave_share(std::size_t octave, double log2_spacing) const;
 
     [[nodiscard]] bool exists(const Stamp& stamp) const {
-        return stamp.diameter_m >= least_diameter_m_ && stamp.diameter_m <= largest_diameter_m_;
+        return stamp.diameter_m >= min_diameter_m_ && stamp.diameter_m <= largest_diameter_m_;
     }
 
     bool over_maps_;
-    double least_diameter_m_, largest_diameter_m_;
+    double min_diameter_m_, largest_diameter_m_;
     CraterLaw law_;
     std::vector<OctaveLaw> laws_;          ///< of each octave
     std::vector<CraterProfiles> profiles_; ///< of each octave

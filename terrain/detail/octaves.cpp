@@ -24,7 +24,7 @@ constexpr double all_log2 = -0.25, none_log2 = 1.5;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Shortest octave of a grid, in vertices.
-constexpr double shortest_cells = 2;
+constexpr double min_cells = 2;
 
 Vec3 vertex(const SurfaceDomain& domain, std::uint8_t face, int level, std::int64_t i, std::int64_t j) {
     return domain.point(face, vertex_coordinate(level, i), vertex_coordinate(level, j));
@@ -48,8 +48,7 @@ Octaves::Octaves(const SurfaceDomain& domain, const SlopeTable& table, std::uint
                  const std::function<double(double)>& made_m2)
     : domain_(domain), loss_(noise_structure, domain.spacing_m(0)), over_maps_(over_maps) {
     const double extent = domain.spacing_m(0) * (tile_cells / 2.0);
-    const int longest =
-        static_cast<int>(std::floor(exact_log2(std::min(2 * table.longest_m(), extent)) + 1e-6));
+    const int longest = static_cast<int>(std::floor(exact_log2(std::min(2 * table.max_m(), extent)) + 1e-6));
     // Lattice points must have numbers of 31 bits.
     const double least = std::max({0.001, 2 * domain.spacing_m(deepest_level), extent * 0x1p-29});
     const int shortest = static_cast<int>(std::ceil(exact_log2(least)));
@@ -71,7 +70,7 @@ double Octaves::share(int exponent, double log2_spacing) {
 
 std::size_t Octaves::count_at(double spacing_m) const {
     std::size_t count = 0;
-    while (count < octaves_.size() && std::ldexp(1.0, octaves_[count].exponent) >= shortest_cells * spacing_m)
+    while (count < octaves_.size() && std::ldexp(1.0, octaves_[count].exponent) >= min_cells * spacing_m)
         ++count;
     return count;
 }

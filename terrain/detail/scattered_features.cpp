@@ -15,13 +15,13 @@ namespace {
 
 /// Numbers of cells and of features have to fit into an identity of 64 bits.
 constexpr int deepest_cells = 24;
-constexpr std::uint32_t most_of_a_cell = 127;
+constexpr std::uint32_t max_cell_share = 127;
 
 /// Count of mean `mean` whose cumulative probability first exceeds `u`.
 std::uint32_t poisson(double mean, double u) {
     double probability = exact_exp(-mean), sum = probability;
     std::uint32_t count = 0;
-    while (u >= sum && count < most_of_a_cell) {
+    while (u >= sum && count < max_cell_share) {
         ++count;
         probability *= mean / count;
         sum += probability;
@@ -36,23 +36,23 @@ FeatureField::FeatureField(const SurfaceDomain& domain, std::uint64_t seed, std:
     : domain_(domain), seed_(seed), stream_(stream), octaves_(std::move(octaves)) {
     const double edge_m = domain.spacing_m(0) * tile_cells;
     if (domain.is_plane()) {
-        most_area_m2_ = domain.half_edge_m() * domain.half_edge_m();
+        max_area_m2_ = domain.half_edge_m() * domain.half_edge_m();
     } else {
         const Vec3 r = domain.radii_m();
-        most_area_m2_ = std::max({r.x * r.y, r.y * r.z, r.z * r.x});
+        max_area_m2_ = std::max({r.x * r.y, r.y * r.z, r.z * r.x});
     }
     for (const FeatureOctave& octave : octaves_) {
         int level = 0;
         // Not more than a few dozen in a cell, whatever the law.
         while (level < deepest_cells && (std::ldexp(edge_m, -level - 1) >= std::ldexp(8.0, octave.exponent) ||
-                                         octave.per_m2 * std::ldexp(4 * most_area_m2_, -2 * level) > 40))
+                                         octave.per_m2 * std::ldexp(4 * max_area_m2_, -2 * level) > 40))
             ++level;
         levels_.push_back(level);
     }
 }
 
 double FeatureField::area_m2(std::uint8_t face, double u, double v) const {
-    if (domain_.is_plane()) return most_area_m2_;
+    if (domain_.is_plane()) return max_area_m2_;
     const CubeFace& side = cube_faces[face];
     const Vec3 c = cube_point(side, u, v), r = domain_.radii_m();
     const double inverse = 1 / std::sqrt(length_squared(c));
@@ -73,7 +73,7 @@ FeatureField::Cell::Cell(const FeatureField& field, std::size_t octave, TileKey 
       width_(std::ldexp(2.0, -cell.level)),
       u0_(-1 + cell.i * width_),
       v0_(-1 + cell.j * width_),
-      most_(field.most_area_m2_) {
+      most_(field.max_area_m2_) {
     // Gnomonic area falls away from the middle of the face.
     if (!field.domain_.is_plane()) {
         const double u = std::clamp(0.0, u0_, u0_ + width_), v = std::clamp(0.0, v0_, v0_ + width_);

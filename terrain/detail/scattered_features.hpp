@@ -126,7 +126,7 @@ private:
     std::uint32_t stream_;
     std::vector<FeatureOctave> octaves_;
     std::vector<int> levels_; ///< of the grid of each octave: 2^level cells along a face
-    double most_area_m2_;     ///< of a step of 1 in u and in v, times the gnomonic factor
+    double max_area_m2_;      ///< of a step of 1 in u and in v, times the gnomonic factor
 };
 
 } // namespace obscura::terrain

@@ -72,10 +72,10 @@ SlopeTable SlopeTable::of_class(TerrainClass terrain) {
     return table({{0.1, 28}, {1, 26}, {10, 20}, {30, 16}, {100, 11}, {300, 7}});
 }
 
-SlopeTable SlopeTable::of_hurst(BaselineSlope at, double hurst, double longest_m) {
+SlopeTable SlopeTable::of_hurst(BaselineSlope at, double hurst, double max_m) {
     SlopeTable table(std::span(&at, 1));
     const double baseline = exact_log2(at.baseline_m), deviation = table.entries_[1].log2_deviation;
-    const double longest = std::max(exact_log2(longest_m), baseline);
+    const double longest = std::max(exact_log2(max_m), baseline);
     table.entries_ = {{baseline - 1, deviation - hurst}, {longest, deviation + hurst * (longest - baseline)}};
     return table;
 }
@@ -90,14 +90,14 @@ double SlopeTable::deviation_m(double baseline_m) const {
     return exact_exp2(a.log2_deviation + (x - a.log2_baseline) * slope);
 }
 
-double SlopeTable::longest_m() const {
+double SlopeTable::max_m() const {
     return exact_exp2(entries_.back().log2_baseline);
 }
 
 std::vector<Octave> solve_octaves(const SlopeTable& table, int shortest, int longest,
                                   const std::function<double(double)>& made_m2) {
     const int last_baseline =
-        std::min(longest, static_cast<int>(std::floor(exact_log2(table.longest_m()) + 1e-6)));
+        std::min(longest, static_cast<int>(std::floor(exact_log2(table.max_m()) + 1e-6)));
     const auto octaves = static_cast<std::size_t>(std::max(0, longest - shortest + 1));
     const auto baselines = static_cast<std::size_t>(std::max(0, last_baseline - shortest + 1));
     std::vector<Octave> result(octaves);

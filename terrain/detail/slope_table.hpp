@@ -34,12 +34,12 @@ public:
     /// slopes and roughness of the Moon, JGR 116, E02001 (2011); Mars and rubble piles (Itokawa, Bennu) are
     /// rounded from published slopes. Below 10 m all are estimates.
     [[nodiscard]] static SlopeTable of_class(TerrainClass terrain);
-    /// One slope and a Hurst exponent: nu goes as L^hurst, up to `longest_m`.
-    [[nodiscard]] static SlopeTable of_hurst(BaselineSlope at, double hurst, double longest_m);
+    /// One slope and a Hurst exponent: nu goes as L^hurst, up to `max_m`.
+    [[nodiscard]] static SlopeTable of_hurst(BaselineSlope at, double hurst, double max_m);
 
     /// Rms difference of heights at distance `baseline_m`, m.
     [[nodiscard]] double deviation_m(double baseline_m) const;
-    [[nodiscard]] double longest_m() const;
+    [[nodiscard]] double max_m() const;
 
 private:
     struct Entry {

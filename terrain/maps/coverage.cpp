@@ -12,7 +12,7 @@ namespace {
 
 /// Samples between the edge of the data and where distances begin.
 constexpr double stencil_margin = 2;
-constexpr std::int64_t most_cells = std::int64_t{1} << 22;
+constexpr std::int64_t max_cells = std::int64_t{1} << 22;
 
 /// Distance to the nearest place where `far` is 0, along each row of the grid, in cells.
 void along_row(float* row, std::int64_t columns, bool cyclic) {
@@ -75,11 +75,11 @@ Coverage::Coverage(std::shared_ptr<const Raster> raster) : raster_(std::move(ras
 void Coverage::find_holes() {
     const SamplePyramid& samples = raster_->samples();
     int level = 0;
-    while (level + 1 < samples.levels() && samples.width(level) * samples.height(level) > most_memory_samples)
+    while (level + 1 < samples.levels() && samples.width(level) * samples.height(level) > max_memory_samples)
         ++level;
     const std::int64_t width = samples.width(level), height = samples.height(level);
     std::int64_t step = 1;
-    while (((width + step - 1) / step) * ((height + step - 1) / step) > most_cells)
+    while (((width + step - 1) / step) * ((height + step - 1) / step) > max_cells)
         step *= 2;
     cell_ = std::ldexp(static_cast<double>(step), level);
     columns_ = (width + step - 1) / step;
@@ -140,7 +140,7 @@ double Coverage::distance(const Raster::Located& located) const {
     return std::max(nearest, 0.0);
 }
 
-double Coverage::least_distance(Vec3 p, double radius) const {
+double Coverage::min_distance(Vec3 p, double radius) const {
     const Raster::Area area = raster_->area(p, radius);
     if (area.all) return 0;
     const SamplePlace density = raster_->densities(p, radius).largest;

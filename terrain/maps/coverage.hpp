@@ -24,7 +24,7 @@ public:
     [[nodiscard]] double distance(const Raster::Located& located) const;
     /// A lower bound of all distances within the angle `radius` of the direction of `p` (planar: within that
     /// distance).
-    [[nodiscard]] double least_distance(Vec3 p, double radius) const;
+    [[nodiscard]] double min_distance(Vec3 p, double radius) const;
     [[nodiscard]] const Raster& raster() const { return *raster_; }
 
 private:

@@ -54,7 +54,7 @@ struct MapKeys {
 [[nodiscard]] MapFrame map_frame(const MapKeys& keys, const MapLabel& label, const SurfaceDomain& domain,
                                  std::int64_t width, std::int64_t height);
 
-/// Opens the file: an image (images/image.hpp) of at most most_memory_samples, or a giant texture (.obt).
+/// Opens the file: an image (images/image.hpp) of at most max_memory_samples, or a giant texture (.obt).
 /// `domain`: the surface that heights count from. `warnings`: lines to report. Throws InputError with one
 /// line that names the file.
 [[nodiscard]] HeightRaster open_map(const MapKeys& keys, const SurfaceDomain& domain,

@@ -11,7 +11,7 @@ namespace {
 /// Edge of the smallest squares whose bounds are kept.
 constexpr std::int64_t finest_square = 8;
 /// Squares in a row that a query looks at, at most.
-constexpr std::int64_t most_squares = 8;
+constexpr std::int64_t max_squares = 8;
 
 constexpr SampleRange no_range{std::numeric_limits<float>::infinity(),
                                -std::numeric_limits<float>::infinity(), 0};
@@ -103,7 +103,7 @@ SampleRange MemoryPyramid::range(std::int64_t x, std::int64_t y, std::int64_t co
     std::size_t level = 0;
     std::int64_t square = finest_square;
     while (level + 1 < bounds_.size() &&
-           std::max(x1 / square - x0 / square, y1 / square - y0 / square) >= most_squares) {
+           std::max(x1 / square - x0 / square, y1 / square - y0 / square) >= max_squares) {
         ++level;
         square *= 2;
     }

@@ -10,7 +10,7 @@
 namespace obscura::terrain {
 
 /// Largest raster that is kept in memory, in samples.
-inline constexpr std::int64_t most_memory_samples = std::int64_t{1} << 26;
+inline constexpr std::int64_t max_memory_samples = std::int64_t{1} << 26;
 
 /// All levels down to one sample. A sample of a level is the mean over its area of what has data; it has none
 /// if nothing there has. Immutable; thread-safe.

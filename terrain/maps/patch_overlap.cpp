@@ -36,7 +36,7 @@ Vec3 on_surface(const SurfaceDomain& domain, Vec3 direction) {
 }
 
 std::int64_t compared_step(std::int64_t samples) {
-    return (samples + most_compared_points - 1) / most_compared_points;
+    return (samples + max_compared_points - 1) / max_compared_points;
 }
 
 std::vector<Vec3> compared_points(const SurfaceDomain& domain, const MapFrame& frame) {

@@ -11,14 +11,14 @@
 namespace obscura::terrain {
 
 /// Points of an overlap along each side that are compared at most.
-inline constexpr std::int64_t most_compared_points = 512;
+inline constexpr std::int64_t max_compared_points = 512;
 
 /// Point of the reference surface below a direction (planar: the point itself).
 [[nodiscard]] Vec3 on_surface(const SurfaceDomain& domain, Vec3 direction);
 
 /// Pixels from one compared point to the next, along columns and rows.
 [[nodiscard]] std::int64_t compared_step(std::int64_t samples);
-/// Points of the reference surface in the middles of a map's pixels, at most most_compared_points a side;
+/// Points of the reference surface in the middles of a map's pixels, at most max_compared_points a side;
 /// of a plane only those on it.
 [[nodiscard]] std::vector<Vec3> compared_points(const SurfaceDomain& domain, const MapFrame& frame);
 

@@ -34,9 +34,7 @@ PolarCap::PolarCap(double rows, const std::function<double(double distance, doub
 double PolarCap::at(double distance, double turn) const {
     const CosineSine direction = exact_cosine_sine(turn);
     const double x = distance * direction.cosine, y = distance * direction.sine;
-    const auto first = [](double place) {
-        return std::clamp(std::floor(place), -most_reach, most_reach - 1);
-    };
+    const auto first = [](double place) { return std::clamp(std::floor(place), -max_reach, max_reach - 1); };
     const double left = first(x), top = first(y);
     const std::array<double, 4> across = catmull_rom(x - left), down = catmull_rom(y - top);
     const double* node = nodes_.data() + static_cast<std::size_t>(top - 1 + reach) * edge +

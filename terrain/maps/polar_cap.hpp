@@ -17,9 +17,9 @@ class PolarCap {
 public:
     /// Within a third of `rows` of the pole the cap is the surface; up to `rows`, at most this many, it goes
     /// over to the cubics along rows and columns.
-    static constexpr double most_reach = 3;
+    static constexpr double max_reach = 3;
     /// Rows of the raster from the pole on that a cap is made of, at most.
-    static constexpr int most_rows = 8;
+    static constexpr int max_rows = 8;
 
     PolarCap() = default;
     /// `value`: of the raster at a distance from the pole, in rows, and a part of a full turn; of the pole
@@ -40,7 +40,7 @@ private:
 
     std::array<double, edge * edge> nodes_{};
     SampleRange range_;
-    double rows_ = most_reach;
+    double rows_ = max_reach;
     bool exists_ = false;
 };
 

@@ -18,22 +18,22 @@ namespace obscura::terrain {
 namespace {
 
 /// Levels are used down to this many samples along an edge.
-constexpr std::int64_t least_samples = 4;
+constexpr std::int64_t min_samples = 4;
 /// Columns are taken together where they are more than this many times as close to each other as rows are.
-constexpr double most_aspect = 3;
+constexpr double max_aspect = 3;
 /// Columns that are taken together for an aspect; in the end so many that they are 3/4 as far apart as rows.
 double columns_for(double aspect) {
-    return aspect > most_aspect ? 0.75 * aspect - most_aspect * (0.75 * most_aspect - 1) / aspect : 1;
+    return aspect > max_aspect ? 0.75 * aspect - max_aspect * (0.75 * max_aspect - 1) / aspect : 1;
 }
 
 /// The weights of stretched and plain cubics across have absolute sums of up to 1.2688 and 1.25: a value
 /// exceeds its samples by at most (1.2688 * 1.25 - 1) / 2 of their range.
 constexpr double raster_overshoot = 0.2931;
 /// Overshoot of columns that are taken together.
-constexpr double overshoot_of_thinned = (1.2688 * ThinnedRows::most_weight - 1) / 2;
+constexpr double overshoot_of_thinned = (1.2688 * ThinnedRows::max_weight - 1) / 2;
 
 /// Cells along the edge of the largest part whose cubics are looked at one by one.
-constexpr int most_cubic_cells = 14;
+constexpr int max_cubic_cells = 14;
 
 /// How an axis of a level ends.
 enum class End : std::uint8_t {
@@ -81,7 +81,7 @@ Raster::Raster(std::shared_ptr<const SamplePyramid> samples, const MapFrame& fra
         level.height = static_cast<std::int64_t>(std::ceil(rows));
         level.last_x = share(columns);
         level.last_y = share(rows);
-        if (k > 0 && (level.width < least_samples || level.height < least_samples)) break;
+        if (k > 0 && (level.width < min_samples || level.height < min_samples)) break;
         levels_.push_back(level);
     }
     cylindrical_ = frame.projection().kind == ProjectionKind::simple_cylindrical;
@@ -137,12 +137,12 @@ double Raster::level_turn(int k, double x) const {
 PolarCap Raster::polar_cap(int k, bool first) const {
     const Level& at = level(k);
     // Rings of the rows nearest to the pole, in columns about a quarter as far apart as rows are.
-    std::array<std::vector<float>, PolarCap::most_rows> rings;
+    std::array<std::vector<float>, PolarCap::max_rows> rings;
     std::vector<float> row(static_cast<std::size_t>(at.width));
     const auto ring_at = [&](std::int64_t stored) -> const std::vector<float>& {
         const std::int64_t from_pole = first ? stored : at.height - 1 - stored;
         std::vector<float>& ring =
-            rings[static_cast<std::size_t>(std::min<std::int64_t>(from_pole, PolarCap::most_rows - 1))];
+            rings[static_cast<std::size_t>(std::min<std::int64_t>(from_pole, PolarCap::max_rows - 1))];
         if (!ring.empty()) return ring;
         const double distance = std::max(static_cast<double>(from_pole), 0.5);
         const auto wanted = static_cast<std::int64_t>(4 * std::ceil(std::numbers::pi * distance));
@@ -178,7 +178,7 @@ PolarCap Raster::polar_cap(int k, bool first) const {
             sum += static_cast<double>(v);
         return sum / static_cast<double>(ring.size());
     };
-    const double rows = std::min(PolarCap::most_reach, 0.25 * static_cast<double>(at.height));
+    const double rows = std::min(PolarCap::max_reach, 0.25 * static_cast<double>(at.height));
     return PolarCap(rows, [&](double distance, double turn) {
         const double y = level_row(k, first ? frame_.first_pole_y() + distance * at.scale
                                             : frame_.last_pole_y() - distance * at.scale);
@@ -285,7 +285,7 @@ SampleRange Raster::range(const Area& area, Vec3 centre, double radius, double f
     // Half of a cubic of the coarser level, and the samples that its outer ones are means of.
     const double across = columns_of({density.x, around.least.y}, footprint);
     const bool thinned = cylindrical_ && across > 1;
-    constexpr double beside = PolarCap::most_reach + 3;
+    constexpr double beside = PolarCap::max_reach + 3;
     const bool plain = across <= 1 && density.y * footprint <= 1 &&
                        !(first_pole_ && area.least.y < frame_.first_pole_y() + beside) &&
                        !(last_pole_ && area.largest.y > frame_.last_pole_y() - beside);
@@ -351,8 +351,8 @@ bool Raster::cubic_range(const Area& place, SampleRange& range) const {
     constexpr double slack = 1e-3;
     const Area area{{place.least.x - slack, place.least.y - slack},
                     {place.largest.x + slack, place.largest.y + slack}};
-    if (place.all || area.largest.x - area.least.x > most_cubic_cells ||
-        area.largest.y - area.least.y > most_cubic_cells)
+    if (place.all || area.largest.x - area.least.x > max_cubic_cells ||
+        area.largest.y - area.least.y > max_cubic_cells)
         return false;
     const auto before = [](double at) { return static_cast<std::int64_t>(std::floor(at)) - 1; };
     const std::int64_t left = before(area.least.x), top = before(area.least.y);
@@ -361,7 +361,7 @@ bool Raster::cubic_range(const Area& place, SampleRange& range) const {
     // Rows beyond the raster's are its outermost, which bounds the part that has values.
     if (period_ == 0 && (left + columns <= 0 || left >= frame_.width())) return false;
     if (top + rows <= 0 || top >= frame_.height()) return false;
-    std::array<float, (most_cubic_cells + 5) * (most_cubic_cells + 5)> samples;
+    std::array<float, (max_cubic_cells + 5) * (max_cubic_cells + 5)> samples;
     Reader reader(*this);
     for (int j = 0; j < rows; ++j)
         reader.read_row(reader.columns(0, 0), left, top + j, columns,

@@ -114,20 +114,20 @@ bool RasterLayer::covers(const Cap& cap) const {
     if (!plane && cap.radius_m >= away) return false;
     const double radius = plane ? cap.radius_m : std::asin(cap.radius_m / away);
     const double nearest = plane ? 1 : away - cap.radius_m;
-    const double metres = coverage_->least_distance(cap.centre_m, radius) * nearest;
+    const double metres = coverage_->min_distance(cap.centre_m, radius) * nearest;
     return metres > 0 && metres >= feather_m_;
 }
 
 HeightRange RasterLayer::bounds(const Cap& cap, double spacing_m) const {
     const double away = length(cap.centre_m);
     const Vec3 radii = domain_.radii_m();
-    const double least_radius = std::min({radii.x, radii.y, radii.z});
+    const double min_radius = std::min({radii.x, radii.y, radii.z});
     const double largest_radius = std::max({radii.x, radii.y, radii.z});
     double radius = cap.radius_m, spread = spacing_m;
     double tilt = 0;
     if (!domain_.is_plane()) {
         radius = cap.radius_m < away ? std::asin(cap.radius_m / away) : std::numbers::pi;
-        spread = spacing_m / least_radius;
+        spread = spacing_m / min_radius;
         if (source_.meaning == HeightMeaning::normal) {
             tilt = largest_tilt(radii);
             const SamplePyramid& samples = source_.raster->samples();
@@ -135,7 +135,7 @@ HeightRange RasterLayer::bounds(const Cap& cap, double spacing_m) const {
                 std::abs(source_.offset_m) +
                 source_.scale_m * std::max(std::abs(static_cast<double>(samples.least())),
                                            std::abs(static_cast<double>(samples.largest())));
-            radius += 1.6 * highest * std::sin(tilt) / (least_radius - std::min(highest, 0.5 * least_radius));
+            radius += 1.6 * highest * std::sin(tilt) / (min_radius - std::min(highest, 0.5 * min_radius));
         }
     }
     const Raster& raster = *source_.raster;
@@ -150,7 +150,7 @@ HeightRange RasterLayer::bounds(const Cap& cap, double spacing_m) const {
         1e-9 * std::max(std::abs(least), std::abs(largest)) + (domain_.is_plane() ? 0 : 1e-6);
     if (source_.meaning == HeightMeaning::radius && !domain_.is_plane())
         return {least - std::min(away + cap.radius_m, largest_radius) - rounding,
-                largest - std::max(away - cap.radius_m, least_radius) + rounding, pixel};
+                largest - std::max(away - cap.radius_m, min_radius) + rounding, pixel};
     const double longer = 1 / std::cos(tilt);
     return {std::min(least, least * longer) - rounding, std::max(largest, largest * longer) + rounding,
             pixel};

@@ -22,9 +22,9 @@ constexpr int row_bits(int halvings) {
 /// About 9 MB.
 constexpr std::size_t max_read_blocks = 512;
 /// Largest stretch of the cubic, in samples.
-constexpr double most_stretch = 64;
+constexpr double max_stretch = 64;
 /// Where samples are missing, the sum of the weights that are left may be this share of the whole.
-constexpr double least_weight = 0.75;
+constexpr double min_weight = 0.75;
 
 constexpr float nan_sample = std::numeric_limits<float>::quiet_NaN();
 
@@ -222,7 +222,7 @@ double Raster::Reader::wide(const Columns& of, double x, double y, double stretc
     if (missing == 0) return sum / weights;
     // With many samples missing the cubic's own weights are of no use.
     const double whole = stretch_x * stretch_y;
-    return weights > least_weight * whole ? sum / weights : narrow(of, x, y);
+    return weights > min_weight * whole ? sum / weights : narrow(of, x, y);
 }
 
 double Raster::Reader::level_value(int k, SamplePlace place, double stretch_x, double stretch_y) {
@@ -230,8 +230,8 @@ double Raster::Reader::level_value(int k, SamplePlace place, double stretch_x, d
     const double x = raster_.level_column(k, place.x), y = raster_.level_row(k, place.y);
     const auto value_of = [&](const Columns& of, double at, double stretch) {
         if (stretch <= 1 && stretch_y <= 1) return narrow(of, at, y);
-        return wide(of, at, y, std::clamp(stretch, 1.0, most_stretch),
-                    std::clamp(stretch_y, 1.0, most_stretch));
+        return wide(of, at, y, std::clamp(stretch, 1.0, max_stretch),
+                    std::clamp(stretch_y, 1.0, max_stretch));
     };
     if (!raster_.cylindrical_) return value_of(columns(k, 0), x, stretch_x);
     const auto thinned = [&](int halvings) {
@@ -277,8 +277,8 @@ double Raster::Reader::sample(const Located& located, double footprint) {
 bool Raster::Reader::plain(SamplePlace place, double rows) const {
     if (!(rows <= 1) || !raster_.inside(place)) return false;
     const MapFrame& frame = raster_.frame_;
-    return !(raster_.first_pole_ && place.y - frame.first_pole_y() < PolarCap::most_reach) &&
-           !(raster_.last_pole_ && frame.last_pole_y() - place.y < PolarCap::most_reach);
+    return !(raster_.first_pole_ && place.y - frame.first_pole_y() < PolarCap::max_reach) &&
+           !(raster_.last_pole_ && frame.last_pole_y() - place.y < PolarCap::max_reach);
 }
 
 void Raster::Reader::sample(const MapBlock& block, std::span<const double> footprints,

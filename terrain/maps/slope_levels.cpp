@@ -19,7 +19,7 @@ struct SlopeRow {
 
 SlopeLevels::SlopeLevels(const SamplePyramid& samples, const MapFrame& frame)
     : shift_(samples.levels_of_nodes() ? 0 : 0.5), turns_(frame.period() > 0) {
-    if (samples.width(0) * samples.height(0) > most_samples) return;
+    if (samples.width(0) * samples.height(0) > max_samples) return;
     for (int k = 0; k < samples.levels() && samples.width(k) >= edge && samples.height(k) >= edge; ++k) {
         Level level;
         level.scale = std::ldexp(1.0, k);

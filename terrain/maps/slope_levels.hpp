@@ -18,7 +18,7 @@ namespace obscura::terrain {
 class SlopeLevels {
 public:
     /// Rasters of more samples are not looked through.
-    static constexpr std::int64_t most_samples = std::int64_t{1} << 26;
+    static constexpr std::int64_t max_samples = std::int64_t{1} << 26;
 
     /// Reads all levels. Throws InputError if the samples cannot be read.
     SlopeLevels(const SamplePyramid& samples, const MapFrame& frame);

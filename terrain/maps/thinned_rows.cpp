@@ -9,7 +9,7 @@ namespace obscura::terrain {
 namespace {
 
 /// Fewest columns of a full turn, and of a row with ends.
-constexpr double least_of_turn = 8, least_of_row = 1;
+constexpr double min_turn = 8, min_row = 1;
 
 } // namespace
 
@@ -21,7 +21,7 @@ ThinnedRows::ThinnedRows(std::int64_t columns, double last, bool cyclic, bool no
         before_ = 0.5 - middle_;
     }
     counts_ = {columns};
-    const double least = cyclic ? least_of_turn : least_of_row;
+    const double least = cyclic ? min_turn : min_row;
     for (double wide = 0.5 * width_; wide >= least; wide *= 0.5)
         counts_.push_back(static_cast<std::int64_t>(cyclic ? 2 * std::ceil(0.5 * wide) : std::ceil(wide)));
 }

@@ -41,7 +41,7 @@ public:
     /// out[k] from means[k] to means[k + 2], of which means[k + 1] has its place.
     void sharpen(std::int64_t count, std::span<const float> means, std::span<float> out) const;
     /// Largest sum of the absolute weights of means in plain cubics of sharpened ones.
-    static constexpr double most_weight = 1.3647;
+    static constexpr double max_weight = 1.3647;
 
 private:
     /// Where sample `j` begins, in samples from the beginning of the row.

@@ -26,7 +26,7 @@ constexpr float no_data = std::numeric_limits<float>::quiet_NaN();
 } // namespace
 
 struct ObtFile::Caches {
-    explicit Caches(std::size_t most_tiles) : tiles(most_tiles) {}
+    explicit Caches(std::size_t max_tiles) : tiles(max_tiles) {}
     LruCache<TileName, ObtTile> tiles;
     LruCache<BlockName, Block> blocks{cached_blocks};
 };

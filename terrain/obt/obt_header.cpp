@@ -227,7 +227,7 @@ void read_header(std::span<const std::byte> header, const std::string& name, Obt
     places.file_bytes = get<std::uint64_t>(h + at::file_bytes);
     places.shard_bytes = get<std::uint64_t>(h + at::shard_bytes);
     places.roots.clear();
-    for (std::uint32_t p = 0; p < std::min(m.planes, most_obt_planes); ++p) {
+    for (std::uint32_t p = 0; p < std::min(m.planes, max_obt_planes); ++p) {
         const std::byte* const from = h + at::planes_table + p * plane_bytes;
         places.roots.push_back({get<std::uint64_t>(from), get<std::uint32_t>(from + 8)});
         if ((flags & has_statistics) != 0)
@@ -240,7 +240,7 @@ void read_header(std::span<const std::byte> header, const std::string& name, Obt
                            get<std::uint32_t>(h + at::levels), m.width, m.height,
                            obt_levels(m.width, m.height)));
     const Layout layout(m, name);
-    if (places.shard_bytes < page || places.shard_bytes % page != 0 || places.file_bytes > 2 * most_bytes)
+    if (places.shard_bytes < page || places.shard_bytes % page != 0 || places.file_bytes > 2 * max_bytes)
         refuse(fmt::format("header: {} bytes in parts of {}: allowed are at most 2^61 in whole pages of 4096",
                            places.file_bytes, places.shard_bytes));
 }

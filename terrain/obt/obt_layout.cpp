@@ -64,7 +64,7 @@ Layout::Layout(const ObtMetadata& metadata, const std::string& name)
     long double bytes = static_cast<long double>(data_start);
     const auto add = [&](long double count, std::uint64_t each) {
         bytes += count * planes_ * static_cast<long double>(each);
-        if (bytes > static_cast<long double>(most_bytes))
+        if (bytes > static_cast<long double>(max_bytes))
             throw InputError(fmt::format("{}: {} x {} samples in {} planes: a file of at most 2^60 bytes has "
                                          "fewer",
                                          name, width_, height_, planes_));

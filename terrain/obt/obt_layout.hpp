@@ -33,7 +33,7 @@ inline constexpr std::size_t tile_count = std::size_t{stored_tile_edge} * stored
 inline constexpr std::uint64_t page = 4096;
 inline constexpr std::uint64_t low_48 = (std::uint64_t{1} << 48) - 1;
 /// No file is larger.
-inline constexpr std::uint64_t most_bytes = std::uint64_t{1} << 60;
+inline constexpr std::uint64_t max_bytes = std::uint64_t{1} << 60;
 
 /// Integer or float at `at`.
 template<typename Number>
@@ -90,7 +90,7 @@ struct Entry {
     [[nodiscard]] bool has_slot() const { return stored == Stored::samples || stored == Stored::wide; }
     [[nodiscard]] double step() const;
     /// Bounds of the numbers of finest samples.
-    [[nodiscard]] double least_number() const { return (static_cast<double>(base) + least) * step(); }
+    [[nodiscard]] double min_number() const { return (static_cast<double>(base) + least) * step(); }
     [[nodiscard]] double largest_number() const { return (static_cast<double>(base) + largest) * step(); }
 };
 inline constexpr std::size_t entry_bytes = 24, entry_crc = 20;
@@ -131,7 +131,7 @@ struct BlockName {
 class Layout {
 public:
     Layout() = default;
-    /// For sizes that validate() allows; throws InputError if the file were larger than most_bytes.
+    /// For sizes that validate() allows; throws InputError if the file were larger than max_bytes.
     Layout(const ObtMetadata& metadata, const std::string& name);
 
     [[nodiscard]] int levels() const { return levels_; }

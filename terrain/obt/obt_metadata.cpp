@@ -15,8 +15,8 @@ namespace obscura::terrain {
 namespace {
 
 /// Steps of lattices: about a micrometre to a kilometre.
-constexpr int least_exponent = -20, most_exponent = 10;
-constexpr double most_magnitude = 1e30;
+constexpr int min_exponent = -20, max_exponent = 10;
+constexpr double max_magnitude = 1e30;
 
 bool has_control(std::string_view text) {
     return std::any_of(text.begin(), text.end(),
@@ -34,22 +34,22 @@ std::string uuid_text(const ObtUuid& uuid) {
 
 void validate(const ObtMetadata& m, const std::string& name) {
     const auto refuse = [&](const std::string& why) { throw InputError(name + ": " + why); };
-    if (!(m.width > 0 && m.height > 0 && m.width <= most_obt_samples && m.height <= most_obt_samples))
+    if (!(m.width > 0 && m.height > 0 && m.width <= max_obt_samples && m.height <= max_obt_samples))
         refuse(fmt::format("{} x {} samples: allowed are 1 to 2^40 each", m.width, m.height));
-    if (m.planes < 1 || m.planes > most_obt_planes)
-        refuse(fmt::format("{} planes: allowed are 1 to {}", m.planes, most_obt_planes));
+    if (m.planes < 1 || m.planes > max_obt_planes)
+        refuse(fmt::format("{} planes: allowed are 1 to {}", m.planes, max_obt_planes));
     if (m.rgb && m.planes != 3)
         refuse(fmt::format("red, green and blue in {} planes: allowed are 3", m.planes));
     if (m.kind == ObtKind::heights && m.planes != 1)
         refuse(fmt::format("heights in {} planes: allowed is 1", m.planes));
     if (m.lattice && m.type != SampleType::u16)
         refuse(fmt::format("a lattice of {}: allowed is u16", name_of(m.type)));
-    if (!(m.finest_exponent >= least_exponent && m.finest_exponent <= m.coarsest_exponent &&
-          m.coarsest_exponent <= most_exponent))
+    if (!(m.finest_exponent >= min_exponent && m.finest_exponent <= m.coarsest_exponent &&
+          m.coarsest_exponent <= max_exponent))
         refuse(fmt::format("steps from 2^{} to 2^{}: allowed are ascending exponents from {} to {}",
-                           m.finest_exponent, m.coarsest_exponent, least_exponent, most_exponent));
-    if (!(std::isfinite(m.scale) && m.scale != 0 && std::abs(m.scale) <= most_magnitude) ||
-        !(std::abs(m.offset) <= most_magnitude))
+                           m.finest_exponent, m.coarsest_exponent, min_exponent, max_exponent));
+    if (!(std::isfinite(m.scale) && m.scale != 0 && std::abs(m.scale) <= max_magnitude) ||
+        !(std::abs(m.offset) <= max_magnitude))
         refuse(fmt::format("scale {} and offset {}: allowed are finite numbers, scale not 0", m.scale,
                            m.offset));
     if (m.nodata) {

@@ -87,9 +87,9 @@ struct ObtMetadata {
     [[nodiscard]] MapFrame frame() const { return {projection, transform, registration, width, height}; }
 };
 
-inline constexpr std::uint32_t most_obt_planes = 16;
+inline constexpr std::uint32_t max_obt_planes = 16;
 /// Largest width and height, samples.
-inline constexpr std::int64_t most_obt_samples = std::int64_t{1} << 40;
+inline constexpr std::int64_t max_obt_samples = std::int64_t{1} << 40;
 
 /// Throws InputError `name: what is wrong, what is allowed` if no file may have this description.
 void validate(const ObtMetadata& metadata, const std::string& name);

@@ -342,7 +342,7 @@ TileFacts facts_of(const ObtMetadata& metadata, const Entry& entry) {
         const double v = static_cast<double>(std::bit_cast<float>(entry.base));
         return {v, v, entry.error};
     }
-    return {entry.least_number(), entry.largest_number(), entry.error};
+    return {entry.min_number(), entry.largest_number(), entry.error};
 }
 
 } // namespace obscura::terrain::obt

@@ -64,8 +64,8 @@ InputShards::InputShards(const std::filesystem::path& file) : file_(file), name_
 
 void InputShards::open_all(std::uint64_t file_bytes, std::uint64_t shard_bytes) {
     const std::uint64_t count = shards_of(file_bytes, shard_bytes);
-    if (count > most_shards)
-        throw InputError(fmt::format("{}: {} parts: allowed are at most {}", name_, count, most_shards));
+    if (count > max_shards)
+        throw InputError(fmt::format("{}: {} parts: allowed are at most {}", name_, count, max_shards));
     shard_bytes_ = shard_bytes;
     for (std::uint64_t k = 0; k < count; ++k) {
         const std::filesystem::path path = shard_path(file_, k);
@@ -111,9 +111,9 @@ void OutputShards::fail(const std::string& what) const {
 }
 
 int OutputShards::shard(std::uint64_t number) {
-    if (number >= most_shards)
+    if (number >= max_shards)
         throw OutputError(
-            fmt::format("{}: more than {} parts of {} bytes", file_.string(), most_shards, shard_bytes_));
+            fmt::format("{}: more than {} parts of {} bytes", file_.string(), max_shards, shard_bytes_));
     const std::lock_guard lock(opening_);
     while (shards_.size() <= number) {
         const std::filesystem::path path = shard_path(part_, shards_.size());
@@ -157,7 +157,7 @@ void OutputShards::start_writeback() noexcept {
 
 void OutputShards::clear() {
     std::error_code ignored;
-    for (std::uint64_t k = 1; k < most_shards; ++k)
+    for (std::uint64_t k = 1; k < max_shards; ++k)
         if (!std::filesystem::remove(shard_path(part_, k), ignored)) break;
     shards_.resize(1);
     if (::ftruncate(shards_[0].get(), 0) != 0) fail("write");
@@ -184,7 +184,7 @@ void OutputShards::finish(std::uint64_t file_bytes, std::span<const std::byte> h
 
 void OutputShards::remove() noexcept {
     std::error_code ignored;
-    for (std::uint64_t k = 0; k < most_shards; ++k)
+    for (std::uint64_t k = 0; k < max_shards; ++k)
         if (!std::filesystem::remove(shard_path(part_, k), ignored)) break;
 }
 

@@ -15,7 +15,7 @@
 namespace obscura::terrain::obt {
 
 /// No file has more.
-inline constexpr std::uint64_t most_shards = 4096;
+inline constexpr std::uint64_t max_shards = 4096;
 /// `file` for 0, then `file`.001 and so on.
 [[nodiscard]] std::filesystem::path shard_path(const std::filesystem::path& file, std::uint64_t number);
 /// Shards of that many bytes, at least 1.

@@ -21,14 +21,14 @@ using namespace obt;
 namespace {
 
 /// Levels that are made from one block of samples.
-constexpr int most_reductions = 4;
+constexpr int max_reductions = 4;
 /// Memory for blocks of whole rows, all levels and planes.
-constexpr std::int64_t most_row_bytes = std::int64_t{400} << 20;
+constexpr std::int64_t max_row_bytes = std::int64_t{400} << 20;
 /// Rows that two blocks of whole rows share at most.
-constexpr int most_shared_rows = 4 * margin << most_reductions;
+constexpr int max_shared_rows = 4 * margin << max_reductions;
 
 /// Threads that make tiles, if options do not say.
-constexpr unsigned most_threads = 8;
+constexpr unsigned max_threads = 8;
 
 struct Interrupted {};
 
@@ -50,7 +50,7 @@ public:
           options_(options),
           numbers_(tile_count),
           previous_(metadata.planes),
-          team_(options.threads, most_threads) {
+          team_(options.threads, max_threads) {
         total_ = static_cast<std::uint64_t>(metadata.planes) * static_cast<std::uint64_t>(metadata.width) *
                  static_cast<std::uint64_t>(metadata.height);
     }
@@ -66,13 +66,13 @@ public:
 private:
     /// Makes the levels after `base`, and with `from_source` that level itself; the coarsest level made.
     int pass(int base, bool from_source) {
-        int reductions = std::min(most_reductions, layout_.levels() - 1 - base);
+        int reductions = std::min(max_reductions, layout_.levels() - 1 - base);
         const std::int64_t w = layout_.width(base), h = layout_.height(base);
         const bool rows = from_source && source_.by_rows();
         const auto edge = [&] { return std::int64_t{tile_samples} << reductions; };
         if (rows)
             while (reductions > 0 &&
-                   (edge() + 2 * halo(reductions)) * w * 7 * metadata_.planes > most_row_bytes)
+                   (edge() + 2 * halo(reductions)) * w * 7 * metadata_.planes > max_row_bytes)
                 --reductions;
         for (std::int64_t y = 0; y < h; y += edge())
             for (std::int64_t x = 0; x < w; x += rows ? w : edge())
@@ -149,7 +149,7 @@ private:
                 throw SourceFailed{std::current_exception()};
             }
         if (!source_.by_rows()) return;
-        before = {out.level, out.x, std::max(out.y, out.y + out.rows - most_shared_rows), out.columns, 0, {}};
+        before = {out.level, out.x, std::max(out.y, out.y + out.rows - max_shared_rows), out.columns, 0, {}};
         before.rows = static_cast<int>(out.y + out.rows - before.y);
         before.samples.assign(out.samples.end() - static_cast<std::ptrdiff_t>(before.rows) * before.columns,
                               out.samples.end());

@@ -22,7 +22,7 @@ inline constexpr std::size_t pyramid_size = (std::size_t{tile_cells} * tile_cell
 struct SurfaceTile {
     TileKey key;
     double offset_m = 0; ///< added to all heights and maxima
-    double least_m = 0;  ///< the least height, offset included
+    double min_m = 0;    ///< the least height, offset included
     std::array<float, tile_vertices> heights;
     std::array<float, pyramid_size> maxima;
     float unused; ///< vector registers load pairs

@@ -54,16 +54,16 @@ QuantizedRange quantize_all(const TileHeights& to, double* heights, const double
                             std::size_t count) {
     const D d;
     const V step = hn::Set(d, to.step), per_step = hn::Set(d, 1 / to.step); // exact: a power of two
-    const V least_bound = hn::Set(d, to.least), largest_bound = hn::Set(d, to.largest);
+    const V min_bound = hn::Set(d, to.least), largest_bound = hn::Set(d, to.largest);
     const V low = hn::Set(d, to.least - to.step), high = hn::Set(d, to.largest + to.step);
-    V least = largest_bound, largest = least_bound;
+    V least = largest_bound, largest = min_bound;
     std::size_t outside = 0;
     const auto quantized = [&](V h, V reduction) {
         if (reductions != nullptr) h = hn::Mul(h, reduction);
         h = hn::Mul(step, hn::Round(hn::Mul(h, per_step)));
         // A NaN counts as outside.
         outside += hn::Lanes(d) - hn::CountTrue(d, hn::And(hn::Ge(h, low), hn::Le(h, high)));
-        h = hn::IfThenElse(hn::Gt(h, least_bound), hn::Min(h, largest_bound), least_bound);
+        h = hn::IfThenElse(hn::Gt(h, min_bound), hn::Min(h, largest_bound), min_bound);
         least = hn::Min(least, h);
         largest = hn::Max(largest, h);
         return h;

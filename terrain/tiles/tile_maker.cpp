@@ -139,7 +139,7 @@ std::size_t TileMaker::make(TileKey key, Scratch& scratch, SurfaceTile& out) con
         quantize({step, bounds.least, bounds.largest}, scratch.heights_m.data(),
                  domain_.is_plane() ? nullptr : scratch.reductions.data(), tile_vertices);
     out.key = key;
-    out.least_m = made.least;
+    out.min_m = made.least;
     out.offset_m = step * std::nearbyint((made.least + made.largest) / 2 / step);
     store_heights(scratch.heights_m.data(), out.offset_m, tile_vertices, out.heights.data());
     make_pyramid(out);

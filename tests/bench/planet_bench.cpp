@@ -195,8 +195,8 @@ double shadow_rate(const Shape& shape, const std::vector<RayPacket>& packets, Ve
 /// Heights of a function of the direction, m.
 class FunctionLayer final : public terrain::HeightLayer {
 public:
-    FunctionLayer(std::function<double(Vec3)> height_m, double least_m, double largest_m)
-        : height_m_(std::move(height_m)), range_{least_m, largest_m} {}
+    FunctionLayer(std::function<double(Vec3)> height_m, double min_m, double largest_m)
+        : height_m_(std::move(height_m)), range_{min_m, largest_m} {}
 
     void apply(const terrain::VertexGrid& grid, std::span<double> heights_m,
                std::span<double> /*sample_spacings_m*/) const override {

@@ -56,8 +56,8 @@ struct Time_ms {
 };
 
 /// The shortest time of a frame of 0.1 s.
-Time_ms measure(const renderer::Renderer& r, QualityLevel level, renderer::KeptLight* keep,
-                renderer::KeptLight* from, std::uint64_t frames) {
+Time_ms measure(const renderer::Renderer& r, QualityLevel level, renderer::ReprojectionSource* keep,
+                renderer::ReprojectionSource* from, std::uint64_t frames) {
     const std::int32_t size = r.scene().camera.width;
     const Time when{keep != nullptr ? 0 : 100 * ns_per_ms};
     const auto rows = static_cast<std::size_t>(size);
@@ -109,12 +109,12 @@ int main(int argc, char** argv) {
     settings.target_error = 0.02;
     const renderer::Renderer r(scene_of(mesh, size), settings);
     const auto pixels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
-    renderer::KeptLight kept(r, size, size);
+    renderer::ReprojectionSource kept(r, size, size);
     const double megapixels = static_cast<double>(pixels) / 1e6;
     static_cast<void>(measure(r, QualityLevel::full, &kept, nullptr, 1));
     bool first = true;
-    const auto print = [&](const std::string& name, QualityLevel level, renderer::KeptLight* keep,
-                           renderer::KeptLight* from) {
+    const auto print = [&](const std::string& name, QualityLevel level, renderer::ReprojectionSource* keep,
+                           renderer::ReprojectionSource* from) {
         if (name.find(only) == std::string::npos) return;
         const Time_ms t = measure(r, level, keep, from, frames);
         fmt::print("{}  {{\"what\": \"{}\", \"size\": {}, \"threads\": {}, \"ms_per_megapixel\": {:.2f}, "

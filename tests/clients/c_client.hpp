@@ -11,7 +11,7 @@
 
 namespace obscura::test {
 
-constexpr double patience_s = 60;
+constexpr double test_timeout_s = 60;
 
 struct Close {
     void operator()(obscura_client* client) const { obscura_close(client); }

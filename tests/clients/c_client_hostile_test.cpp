@@ -25,7 +25,7 @@ obscura_error outcome_of(const std::string& said, obscura_connect_options option
         (void)connection.read();
         connection.send(said);
     });
-    options.timeout_s = patience_s;
+    options.timeout_s = test_timeout_s;
     const Client client(obscura_connect(server.address().c_str(), &options, nullptr));
     REQUIRE(client != nullptr);
     obscura_answer* raw = nullptr;

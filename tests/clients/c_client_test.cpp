@@ -25,7 +25,7 @@ using obscura::service::MessageKind;
 
 namespace {
 
-Client connect(const FakeServer& server, double timeout_s = patience_s) {
+Client connect(const FakeServer& server, double timeout_s = test_timeout_s) {
     obscura_connect_options options{};
     options.timeout_s = timeout_s;
     obscura_error error;

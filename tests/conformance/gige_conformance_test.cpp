@@ -96,8 +96,8 @@ int exchange_events_and_actions(std::uint16_t& port) {
     REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&here), sizeof here) == 0);
     REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&here), &bytes) == 0);
     port = ntohs(here.sin_port);
-    const timeval patience{5, 0};
-    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval timeout{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     client.set("GevMCPHostPort", std::int64_t{port});
     for (const char* event : {"Test", "FrameStart", "ExposureStart", "ExposureEnd"}) {
         client.set("EventSelector", event);

@@ -50,8 +50,8 @@ void use(const Ephemeris& kernels) {
             times.insert(times.end(), {i.begin_s, (i.begin_s + i.end_s) / 2, i.end_s});
         require(!coverage_text(kernels.coverage(id)).empty());
     }
-    constexpr std::size_t most_times = 64;
-    if (times.size() > most_times) times.resize(most_times);
+    constexpr std::size_t max_times = 64;
+    if (times.size() > max_times) times.resize(max_times);
     for (const int id : kernels.bodies())
         for (const double t : times) {
             State s;

@@ -67,7 +67,7 @@ void make_view(const View& asked, std::uint32_t width, std::uint32_t height) {
 
 /// What viewers get of the largest image there may be.
 void share_budget(const ViewRequest& request) {
-    View view = clipped(request.view, View::most_side, View::most_side);
+    View view = clipped(request.view, View::max_side, View::max_side);
     const std::array wishes{Wish{view, request.max_hz}, Wish{clipped({}, 1, 1), 60},
                             Wish{clipped({}, 4096, 4096), 10}};
     const std::vector<Share> shares = shared_out(wishes, live_bytes_per_s);
@@ -75,7 +75,7 @@ void share_budget(const ViewRequest& request) {
     double bytes_per_s = 0;
     for (std::size_t i = 0; i < shares.size(); ++i) {
         require(shares[i].hz > 0 && shares[i].hz <= wishes[i].hz);
-        require(shares[i].view.bin >= wishes[i].view.bin && shares[i].view.bin <= View::most_bin);
+        require(shares[i].view.bin >= wishes[i].view.bin && shares[i].view.bin <= View::max_bin);
         bytes_per_s += shares[i].hz * static_cast<double>(shares[i].view.bytes());
     }
     require(bytes_per_s <= live_bytes_per_s * 1.000001);
@@ -84,7 +84,7 @@ void share_budget(const ViewRequest& request) {
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    if (size < 2 || size > 2 + most_viewer_bytes) return 0;
+    if (size < 2 || size > 2 + max_viewer_bytes) return 0;
     const std::uint32_t width = 1u + data[0] % 96, height = 1u + data[1] % 96;
     const auto message = message_of({reinterpret_cast<const char*>(data + 2), size - 2});
     if (!message) return 0;
@@ -92,7 +92,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!message->view) return 0;
     const ViewRequest& request = *message->view;
     require(camera_id_of(to_text(request.camera)) == request.camera);
-    require(request.max_hz >= 0.1 && request.max_hz <= ViewRequest::most_hz);
+    require(request.max_hz >= 0.1 && request.max_hz <= ViewRequest::max_request_hz);
     make_view(request.view, width, height);
     share_budget(request);
     return 0;

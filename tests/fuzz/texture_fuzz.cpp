@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const test::MemoryFile file(data, size);
     try {
         const Texture t = read_texture(file.path(), TextureCoding::srgb, Texture::Edge::repeat);
-        double out[Texture::most_planes];
+        double out[Texture::max_planes];
         t.sample(0.3, -0.7, {0.1, 0.05}, {0.001, 0.2}, out);
         for (std::size_t p = 0; p < t.planes(); ++p)
             if (!(out[p] >= -1e-6 && out[p] <= 1 + 1e-6)) std::abort();

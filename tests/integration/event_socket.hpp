@@ -39,8 +39,8 @@ public:
 
     /// The next event; nothing when none comes in time or what comes is no event.
     std::optional<Message> receive(int timeout_ms, bool acknowledge = true) {
-        const timeval patience{timeout_ms / 1000, timeout_ms % 1000 * 1000};
-        setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        const timeval timeout{timeout_ms / 1000, timeout_ms % 1000 * 1000};
+        setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
         std::uint8_t d[64] = {};
         sockaddr_in from{};
         socklen_t from_bytes = sizeof from;

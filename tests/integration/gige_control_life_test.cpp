@@ -71,8 +71,8 @@ public:
             for (int shift = 24; shift >= 0; shift -= 8)
                 d.push_back(static_cast<std::uint8_t>(word >> shift));
         sendto(fd_, d.data(), d.size(), 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
-        const timeval patience{timeout_ms / 1000, timeout_ms % 1000 * 1000};
-        setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        const timeval timeout{timeout_ms / 1000, timeout_ms % 1000 * 1000};
+        setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
         for (std::uint8_t a[600]; recv(fd_, a, sizeof a, 0) >= 8;) {
             if ((a[6] << 8 | a[7]) != request) continue;
             value = static_cast<std::uint32_t>(a[8]) << 24 | static_cast<std::uint32_t>(a[9]) << 16 |

@@ -311,8 +311,8 @@ TEST_CASE("a camera that does not answer and one that forgets its controller") {
             to.sin_family = AF_INET;
             to.sin_port = htons(3956);
             inet_pton(AF_INET, address.c_str(), &to.sin_addr);
-            timeval patience{0, 30'000};
-            setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+            timeval timeout{0, 30'000};
+            setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
             for (std::uint8_t i = 1; i <= 60; ++i) {
                 const std::uint8_t read_version[12] = {0x42, 1, 0, 0x80, 0, 4, 0, i, 0, 0, 0, 0};
                 sendto(fd, read_version, sizeof read_version, 0, reinterpret_cast<sockaddr*>(&to), sizeof to);

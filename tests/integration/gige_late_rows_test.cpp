@@ -16,7 +16,7 @@ using namespace obscura::test;
 namespace {
 
 constexpr std::int32_t width = 256, height = 200;
-constexpr unsigned patience_us = 300'000;
+constexpr unsigned timeout_us = 300'000;
 
 struct Received {
     ArvBufferStatus status = ARV_BUFFER_STATUS_UNKNOWN;
@@ -25,7 +25,7 @@ struct Received {
 };
 
 /// Receives one frame of which the bands of `band_rows` rows come `stall_ns` apart, by a client that gives a
-/// frame up after `patience_us` of silence.
+/// frame up after `timeout_us` of silence.
 Received receive(double keep_alive_ms, std::int32_t band_rows, std::int64_t stall_ns) {
     CameraLimits limits;
     limits.sensor_width = width;
@@ -41,7 +41,7 @@ Received receive(double keep_alive_ms, std::int32_t band_rows, std::int64_t stal
     client.set("AcquisitionMode", "SingleFrame");
     client.open_stream(2);
     // What Aravis does by default, but for a longer timeout: a test machine may be busy with anything.
-    g_object_set(client.stream(), "frame-retention", patience_us, "packet-request-ratio", 0.25, nullptr);
+    g_object_set(client.stream(), "frame-retention", timeout_us, "packet-request-ratio", 0.25, nullptr);
     client.execute("AcquisitionStart");
     Received result;
     const Object<ArvBuffer> buffer = client.next(20'000);

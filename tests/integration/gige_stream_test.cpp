@@ -850,8 +850,8 @@ TEST_CASE("Test packets have the size asked for; resends say what is to come and
     socklen_t bytes = sizeof a;
     REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
     REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
-    const timeval patience{5, 0};
-    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval timeout{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     struct Packet {
         ssize_t bytes = 0;
         unsigned status = 0, block = 0, id = 0;
@@ -938,8 +938,8 @@ TEST_CASE("Events reach the message channel and are repeated until acknowledged"
     socklen_t bytes = sizeof a;
     REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
     REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
-    timeval patience{5, 0};
-    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    timeval timeout{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     client.set("GevMCPHostPort", std::int64_t{ntohs(a.sin_port)});
     client.set("GevMCTT", std::int64_t{100});
     client.set("EventSelector", "Test");
@@ -1118,8 +1118,8 @@ TEST_CASE("Multicast: a stream can go to a group") {
     group.imr_multiaddr.s_addr = inet_addr("239.192.7.1");
     group.imr_interface.s_addr = inet_addr("127.0.0.1");
     REQUIRE(setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0);
-    timeval patience{5, 0};
-    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    timeval timeout{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     client.set("GevSCDA", std::int64_t{0xEFC00701});
     client.set("GevSCPHostPort", std::int64_t{ntohs(a.sin_port)});
     client.set("AcquisitionMode", "SingleFrame");

@@ -443,7 +443,7 @@ TEST_CASE("viewers, other scenes and faults make no real-time thread allocate") 
             const emulator::DaemonConfig next = emulator::load_config(write_configuration(folder, options));
             CHECK(daemon.unit(0).prepare(next, {}) == "");
             realtime += allocation_counts().realtime;
-            daemon.unit(0).take_on(next);
+            daemon.unit(0).apply_reload(next);
             wait_for(settle);
             reset_allocation_counts();
         }

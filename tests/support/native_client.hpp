@@ -91,8 +91,8 @@ private:
     NativeClient() = default;
     template<typename Address>
     void connect(const Address& address) {
-        const timeval patience{20, 0};
-        ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        const timeval timeout{20, 0};
+        ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
         // Thrown, not asserted, because other threads make clients too.
         if (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
             throw std::runtime_error("no connection");

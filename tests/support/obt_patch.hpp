@@ -28,7 +28,7 @@ inline void fix_checksums(std::string& bytes, Checksums which = {}) {
     };
     if (!inside(0, obt::data_start)) return;
     const std::size_t planes = obt::get<std::uint16_t>(file + planes_at);
-    for (std::size_t p = 0; p < planes && p < most_obt_planes; ++p) {
+    for (std::size_t p = 0; p < planes && p < max_obt_planes; ++p) {
         std::byte* const root = file + table_at + p * plane_bytes;
         const auto place = obt::get<std::uint64_t>(root);
         if (place < obt::data_start || !inside(place, obt::block_bytes)) continue;

@@ -106,10 +106,10 @@ BatchState batch_state(const Plan& plan, const std::filesystem::path& batch, Fra
         }
     }
     state.hosts = hosts.size();
-    constexpr std::int64_t longest_s = 900;
+    constexpr std::int64_t max_s = 900;
     const auto first = std::min_element(finished_s.begin(), finished_s.end());
     if (first == finished_s.end()) return state;
-    const std::int64_t span_s = std::clamp<std::int64_t>(now_s - *first, 1, longest_s);
+    const std::int64_t span_s = std::clamp<std::int64_t>(now_s - *first, 1, max_s);
     state.recent_s = static_cast<double>(span_s);
     state.recent = static_cast<std::uint64_t>(std::count_if(
         finished_s.begin(), finished_s.end(), [&](std::int64_t at_s) { return at_s >= now_s - span_s; }));

@@ -19,7 +19,7 @@ constexpr std::int64_t format_version = 1;
 /// Size of plan.json, which bounds the memory that a parsed one takes.
 constexpr std::uintmax_t max_plan_bytes = std::uintmax_t{16} << 20;
 /// Largest whole number that JSON readers keep exactly.
-constexpr std::uint64_t most_exact = std::uint64_t{1} << 53;
+constexpr std::uint64_t max_exact = std::uint64_t{1} << 53;
 
 Json json_of(const PlannedInput& input) {
     Json json{{"file", input.file}, {"bytes", input.whole.bytes}, {"sha256", input.whole.sha256}};
@@ -42,7 +42,7 @@ PlannedInput input_in(JsonFields fields) {
     if (std::any_of(input.file.begin(), input.file.end(),
                     [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }))
         fields.refuse("file", "has a control character");
-    input.whole.bytes = fields.whole("bytes", 0, most_exact);
+    input.whole.bytes = fields.whole("bytes", 0, max_exact);
     input.whole.sha256 = digest_in(fields, "sha256");
     if (input.whole.bytes > host::sampled_above) input.sampled_sha256 = digest_in(fields, "sampled_sha256");
     fields.end();
@@ -80,7 +80,7 @@ void read_render(JsonFields fields, Plan& plan) {
     settings.target_error = fields.number("error", 0, 1);
     settings.max_samples_per_pixel = whole("max_samples", 1, 65536);
     settings.max_bounces = whole("bounces", 0, 1000);
-    settings.seed = fields.whole("seed", 0, most_exact);
+    settings.seed = fields.whole("seed", 0, max_exact);
     options.exposure_s = fields.number("exposure_s", 0, 1e6);
     options.trajectory = fields.flag("trajectory");
     options.time_s = fields.number("time_s", -1e9, 1e9);
@@ -90,14 +90,14 @@ void read_render(JsonFields fields, Plan& plan) {
 }
 
 void read_frames(JsonFields fields, Plan& plan) {
-    plan.frames.first = fields.whole("first", 1, most_frames);
-    plan.frames.last = fields.whole("last", plan.frames.first, most_frames);
+    plan.frames.first = fields.whole("first", 1, max_frames);
+    plan.frames.last = fields.whole("last", plan.frames.first, max_frames);
     fields.end();
 }
 
 void read_shards(JsonFields fields, Plan& plan) {
-    plan.shard_frames = fields.whole("frames", 1, most_frames);
-    const std::uint64_t stated = fields.whole("count", 1, most_shards);
+    plan.shard_frames = fields.whole("frames", 1, max_frames);
+    const std::uint64_t stated = fields.whole("count", 1, max_shards);
     if (stated != plan.shards())
         fields.refuse("count", fmt::format("{} frames in shards of {} make {}", plan.frames.count(),
                                            plan.shard_frames, plan.shards()));
@@ -143,7 +143,7 @@ Plan parse_plan(std::string_view text, const std::string& name) {
     JsonFields fields(json, name, "");
     if (fields.text("format") != format_name)
         fields.refuse("format", fmt::format("allowed is \"{}\"", format_name));
-    if (fields.whole("format_version", 0, most_exact) != format_version)
+    if (fields.whole("format_version", 0, max_exact) != format_version)
         fields.refuse("format_version", fmt::format("allowed is {}: make a new plan", format_version));
     Plan plan;
     plan.version = fields.text("version");

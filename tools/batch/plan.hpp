@@ -51,7 +51,7 @@ struct Plan {
 };
 
 /// Largest number of a frame, and number of shards.
-inline constexpr std::uint64_t most_frames = 100'000'000, most_shards = 1'000'000;
+inline constexpr std::uint64_t max_frames = 100'000'000, max_shards = 1'000'000;
 /// Frames in a shard, unless the user wants another number: at most 1000 shards, as a job array of Slurm has
 /// no more by default, and start-up is a small part of a shard.
 [[nodiscard]] std::uint64_t usual_shard_frames(std::uint64_t frames);

@@ -52,7 +52,7 @@ std::optional<FrameRecord> parse_record(std::string_view line) {
         const nlohmann::json json = parse_json(line, "");
         JsonFields fields(json, "", "");
         FrameRecord record;
-        record.frame = fields.whole("frame", 1, most_frames);
+        record.frame = fields.whole("frame", 1, max_frames);
         record.file = fields.text("file");
         record.content.bytes = fields.whole("bytes", 0, std::numeric_limits<std::int64_t>::max());
         record.content.sha256 = fields.text("sha256");

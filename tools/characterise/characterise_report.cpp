@@ -246,7 +246,7 @@ std::string quantisation_note() {
     return fmt::format(
         "The temporal dark noise is below {} DN^2, where quantisation hides it: its upper limit is given, {} "
         "DN and 0.40 DN / K.",
-        sensors::emva1288::least_variance_dn2, sensors::emva1288::limit_of_noise_dn);
+        sensors::emva1288::min_variance_dn2, sensors::emva1288::limit_of_noise_dn);
 }
 
 } // namespace obscura::tools

@@ -36,7 +36,7 @@ struct Conversion {
         const DetectorSettings& detector = config.sensor.detector;
         figures.full_well_e = detector.full_well_e;
         figures.black_dn = detector.offset_dn + settings.black_level_dn;
-        figures.most_dn = std::exp2(detector.adc_bits) - 1;
+        figures.max_dn = std::exp2(detector.adc_bits) - 1;
         figures.exposure_us = static_cast<double>(settings.exposure_ns) * 1e-3;
         dn_per_e = detector.gain_dn_per_e * std::pow(10, settings.gain_db / 20);
     }
@@ -45,7 +45,7 @@ struct Conversion {
     }
     [[nodiscard]] double dn(double electrons) const { return figures.black_dn + dn_per_e * electrons; }
     [[nodiscard]] bool saturates(double electrons) const {
-        return electrons >= figures.full_well_e || dn(electrons) >= figures.most_dn;
+        return electrons >= figures.full_well_e || dn(electrons) >= figures.max_dn;
     }
     void finish(double brightest_e, std::uint64_t saturated, std::uint64_t pixels) {
         figures.brightest_e = brightest_e;

@@ -61,7 +61,7 @@ private:
 };
 
 /// For the tiles of all blocks.
-constexpr double longest_loading_s = 20;
+constexpr double max_loading_s = 20;
 
 struct Block {
     const FrameWindow* window;
@@ -148,7 +148,7 @@ FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFram
         return static_cast<double>(rows) / static_cast<double>(all_rows);
     };
     constexpr std::int32_t probe_rows = 16;
-    double loading_left_s = longest_loading_s;
+    double loading_left_s = max_loading_s;
     std::vector<float> values;
 
     // A first block says whether the whole frame fits into the time; it also warms up the threads.

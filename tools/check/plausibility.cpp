@@ -248,7 +248,7 @@ void Plausibility::add_signal(const SignalFigures& signal) {
             signal.rows_share);
     if (posed_ && signal.saturated_share > saturated_share_limit) {
         // brightest_e is not limited by the full well: what would fill 80 % of the range.
-        const double range_dn = signal.most_dn - signal.black_dn;
+        const double range_dn = signal.max_dn - signal.black_dn;
         const double over = std::max(above_dn / range_dn, signal.brightest_e / signal.full_well_e);
         const double fitting_us = 0.8 * signal.obtained_us / over;
         // A rolling shutter has exposures from one row slot up.
@@ -320,8 +320,8 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
     };
     line("field of view", field_text(view_));
     line("pixel scale", fmt::format("{:.4g} arcsec", arcsec(view_.pixel_rad)));
-    constexpr std::size_t most_bodies = 12;
-    for (std::size_t i = 0; i < std::min(most_bodies, view_.bodies.size()); ++i) {
+    constexpr std::size_t max_bodies = 12;
+    for (std::size_t i = 0; i < std::min(max_bodies, view_.bodies.size()); ++i) {
         const renderer::SeenBody& b = view_.bodies[i];
         std::string text =
             fmt::format("{} across, {} away, ", length_text(b.extent_m), length_text(b.distance_m));
@@ -336,8 +336,8 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
         for (const std::string& note : b.notes)
             line("heights of " + b.name, note);
     }
-    if (view_.bodies.size() > most_bodies)
-        line("bodies", fmt::format("{} more", view_.bodies.size() - most_bodies));
+    if (view_.bodies.size() > max_bodies)
+        line("bodies", fmt::format("{} more", view_.bodies.size() - max_bodies));
     if (catalogue_.count > 0)
         line("stars", fmt::format("{} in the field{}", view_.stars,
                                   view_.faintest_v
@@ -348,7 +348,7 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
         line("brightest signal",
              fmt::format("{:.4g} e-, {:.3g} % of full well ({:.4g} e-), {:.4g} of {:.0f} DN{}", s.brightest_e,
                          100 * s.brightest_e / s.full_well_e, s.full_well_e,
-                         std::min(s.brightest_dn, s.most_dn), s.most_dn,
+                         std::min(s.brightest_dn, s.max_dn), s.max_dn,
                          s.rows_share < 1 ? fmt::format(" (in {:.2g} % of the rows)", 100 * s.rows_share)
                                           : ""));
         line("saturated", fmt::format("{:.2g} % of the pixels", 100 * s.saturated_share));
@@ -399,9 +399,9 @@ std::string Plausibility::json() const {
     if (signal_)
         out["signal"] = {{"brightest_e", number(signal_->brightest_e)},
                          {"full_well_e", number(signal_->full_well_e)},
-                         {"brightest_dn", number(std::min(signal_->brightest_dn, signal_->most_dn))},
+                         {"brightest_dn", number(std::min(signal_->brightest_dn, signal_->max_dn))},
                          {"black_dn", number(signal_->black_dn)},
-                         {"full_scale_dn", number(signal_->most_dn)},
+                         {"full_scale_dn", number(signal_->max_dn)},
                          {"saturated_share", number(signal_->saturated_share)},
                          {"rows_share", number(signal_->rows_share)}};
     if (light_) out["brightest_pixel"] = {{"value", number(*light_)}, {"unit", light_unit_}};

@@ -25,11 +25,11 @@ struct Oddity {
 /// Expected light of a frame, in the sensor's terms.
 struct SignalFigures {
     double brightest_e = 0, full_well_e = 0;
-    double brightest_dn = 0, black_dn = 0, most_dn = 0; ///< most_dn: of the ADC
-    double saturated_share = 0;                         ///< of the pixels that were rendered
-    double rows_share = 1;                              ///< part of the frame that was rendered, 0 to 1
-    double exposure_us = 0;                             ///< of the first window, requested
-    double obtained_us = 0;                             ///< its exposure as the sensor makes it
+    double brightest_dn = 0, black_dn = 0, max_dn = 0; ///< max_dn: of the ADC
+    double saturated_share = 0;                        ///< of the pixels that were rendered
+    double rows_share = 1;                             ///< part of the frame that was rendered, 0 to 1
+    double exposure_us = 0;                            ///< of the first window, requested
+    double obtained_us = 0;                            ///< its exposure as the sensor makes it
 };
 
 /// Durations of a frame.

@@ -199,10 +199,10 @@ Parameters errors(const Fit& fit, const Parameters& limits, const Parameters& p)
     const std::optional<Matrix> bread = inverse(curvature(correlation, p, h, slope));
     if (!bread) return out;
     // Curvature along a parameter, the others following: rounding alone gives less.
-    constexpr double least_curvature = 1e-6;
+    constexpr double min_curvature = 1e-6;
     std::vector<double> inverse_curvature;
     for (std::size_t i = 0; i < parameter_count; ++i) {
-        if (!(1 / (*bread)[i][i] > least_curvature)) return out;
+        if (!(1 / (*bread)[i][i] > min_curvature)) return out;
         inverse_curvature.insert(inverse_curvature.end(), (*bread)[i].begin(), (*bread)[i].end());
     }
     const Image a = fit.turned(fit.reference(), fit.pointing(p), -0.5),

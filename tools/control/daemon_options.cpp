@@ -35,13 +35,13 @@ std::string DaemonOptions::control_address(std::string_view verb) const {
     return address;
 }
 
-std::unique_ptr<host::DaemonCalls> DaemonOptions::connect(std::string_view verb, double patience_s) const {
-    if (!url_.given()) return connect_natively(verb, control_address(verb), {patience_s, url_.token_file()});
+std::unique_ptr<host::DaemonCalls> DaemonOptions::connect(std::string_view verb, double timeout_s) const {
+    if (!url_.given()) return connect_natively(verb, control_address(verb), {timeout_s, url_.token_file()});
     if (!control_.empty() || !socket_.empty())
         throw host::UsageError(fmt::format("obscura {}: --url excludes --control and --socket", verb));
     HttpOptions options = url_.http(verb);
     options.camera = camera_;
-    options.patience_s = patience_s;
+    options.timeout_s = timeout_s;
     return connect_by_http(verb, options);
 }
 

@@ -21,9 +21,9 @@ public:
     /// Declares the options; `has`: whether the verb is about one camera.
     void declare(host::CommandLine& line, Has has);
     /// Connects as the options say: to an address, else to the only daemon of this machine. Calls may be
-    /// silent for `patience_s`. Throws UsageError, HardwareError, CallError.
+    /// silent for `timeout_s`. Throws UsageError, HardwareError, CallError.
     [[nodiscard]] std::unique_ptr<host::DaemonCalls> connect(std::string_view verb,
-                                                             double patience_s = 90) const;
+                                                             double timeout_s = 90) const;
 
     /// Fields of a call about the chosen camera.
     [[nodiscard]] host::CallJson fields() const { return {{"camera", camera_}}; }

@@ -115,11 +115,11 @@ private:
     host::CallAnswer frame(const host::CallJson& fields) {
         const auto after = fields.value("after", std::uint64_t{0}),
                    number = fields.value("number", std::uint64_t{0});
-        constexpr double longest_wait_s = 30; // that the interface takes
-        const double wait_s = std::min(fields.value("wait_s", 10.0), longest_wait_s);
+        constexpr double max_wait_s = 30; // that the interface takes
+        const double wait_s = std::min(fields.value("wait_s", 10.0), max_wait_s);
         // Pixels and metadata come one after the other: a newer frame may stand between them.
-        constexpr int most_tries = 10;
-        for (int i = 0; i < most_tries; ++i) {
+        constexpr int max_tries = 10;
+        for (int i = 0; i < max_tries; ++i) {
             const auto path = [&](const char* suffix) {
                 return number != 0 ? fmt::format("{}/frames/{}.{}", path_, number, suffix)
                                    : fmt::format("{}/frames/latest.{}?after={}&wait={}", path_, suffix, after,

@@ -16,7 +16,7 @@ struct HttpOptions {
     std::string token;        ///< bearer token
     std::string authority{};  ///< file of certificates that are trusted; empty: those of the system
     std::uint32_t camera = 0; ///< by which the daemon is asked for
-    double patience_s = 90;   ///< longest wait for an answer
+    double timeout_s = 90;    ///< longest wait for an answer
 };
 
 /// Asks the server for its daemon, which must be the only one behind it. Certificates are verified. `verb`

@@ -53,17 +53,17 @@ namespace {
 
 std::size_t take_body(char* bytes, std::size_t size, std::size_t count, void* answer) {
     auto& body = static_cast<HttpAnswer*>(answer)->body;
-    if (body.size() + size * count > HttpClient::most_bytes) return 0; // ends the transfer
+    if (body.size() + size * count > HttpClient::max_bytes) return 0; // ends the transfer
     body.append(bytes, size * count);
     return size * count;
 }
 
 std::size_t take_header(char* bytes, std::size_t size, std::size_t count, void* answer) {
     auto& headers = static_cast<HttpAnswer*>(answer)->headers;
-    constexpr std::size_t most_headers = 100;
+    constexpr std::size_t max_headers = 100;
     const std::string_view line(bytes, size * count);
     const std::size_t colon = line.find(':');
-    if (colon == std::string_view::npos || headers.size() == most_headers) return size * count;
+    if (colon == std::string_view::npos || headers.size() == max_headers) return size * count;
     std::string name(line.substr(0, colon));
     for (char& c : name)
         c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -79,7 +79,7 @@ int give_up(void* /*context*/, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
 } // namespace
 
 HttpClient::HttpClient(std::string_view verb, std::string url, std::string token,
-                       const std::string& authority, double patience_s)
+                       const std::string& authority, double timeout_s)
     : verb_(verb), url_(std::move(url)), token_(std::move(token)), handle_(nullptr) {
     if (url_.rfind("http://", 0) != 0 && url_.rfind("https://", 0) != 0)
         throw host::UsageError(
@@ -100,7 +100,7 @@ HttpClient::HttpClient(std::string_view verb, std::string url, std::string token
     curl.set(handle_, CURLOPT_FOLLOWLOCATION, 0L);
     curl.set(handle_, CURLOPT_NOSIGNAL, 1L);
     curl.set(handle_, CURLOPT_CONNECTTIMEOUT, 10L);
-    curl.set(handle_, CURLOPT_TIMEOUT_MS, static_cast<long>(1e3 * patience_s));
+    curl.set(handle_, CURLOPT_TIMEOUT_MS, static_cast<long>(1e3 * timeout_s));
     curl.set(handle_, CURLOPT_SSL_VERIFYPEER, 1L);
     curl.set(handle_, CURLOPT_SSL_VERIFYHOST, 2L);
     if (!authority.empty()) curl.set(handle_, CURLOPT_CAINFO, authority.c_str());

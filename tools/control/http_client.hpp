@@ -21,13 +21,13 @@ struct HttpAnswer {
 class HttpClient {
 public:
     /// Largest answer: a raw frame of 16,384 x 16,384 pixels.
-    static constexpr std::size_t most_bytes = 1ULL << 29;
+    static constexpr std::size_t max_bytes = 1ULL << 29;
 
     /// `verb` stands in front of messages. `url` begins with http:// or https://. `authority`: file of
     /// trusted certificates; empty: those of the system. Throws UsageError for another URL, HardwareError
     /// without the library.
     HttpClient(std::string_view verb, std::string url, std::string token, const std::string& authority,
-               double patience_s);
+               double timeout_s);
     ~HttpClient();
     HttpClient(const HttpClient&) = delete;
     HttpClient& operator=(const HttpClient&) = delete;

@@ -18,9 +18,9 @@ namespace obscura::tools {
 namespace {
 
 /// A frame of 16,384 x 16,384 pixels.
-constexpr std::uint64_t most_array_bytes = 1ULL << 29;
+constexpr std::uint64_t max_array_bytes = 1ULL << 29;
 /// How soon an interrupt ends a wait.
-constexpr double look_period_s = 0.2;
+constexpr double poll_interval_s = 0.2;
 
 std::string line_of(std::string_view verb, std::string message) {
     // What the library asks there is of the rendering server.
@@ -37,7 +37,7 @@ public:
         try {
             client_.begin(std::string(name), fields);
             while (true) {
-                if (std::optional<host::CallClient::Answer> answer = client_.wait(look_period_s))
+                if (std::optional<host::CallClient::Answer> answer = client_.wait(poll_interval_s))
                     return answer_of(*answer);
                 if (host::interrupted()) throw host::Interrupted();
             }
@@ -82,9 +82,9 @@ std::unique_ptr<host::DaemonCalls> connect_natively(std::string_view verb, const
                                      verb, address));
     try {
         return std::make_unique<NativeCalls>(verb, address,
-                                             host::CallClient::Options{.timeout_s = options.patience_s,
+                                             host::CallClient::Options{.timeout_s = options.timeout_s,
                                                                        .token_file = options.token_file,
-                                                                       .most_array_bytes = most_array_bytes});
+                                                                       .max_array_bytes = max_array_bytes});
     } catch (const host::CallRefused& refused) {
         throw host::CallError(refused.code, refusal_line(verb, "hello", refused.what(), refused.hint));
     } catch (const HardwareError& error) {

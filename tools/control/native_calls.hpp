@@ -11,7 +11,7 @@
 namespace obscura::tools {
 
 struct NativeOptions {
-    double patience_s = 90;   ///< longest silence of the daemon
+    double timeout_s = 90;    ///< longest silence of the daemon
     std::string token_file{}; ///< that the daemon wants; empty: none
 };
 

@@ -23,7 +23,7 @@ std::string code_of(const HttpAnswer& answer, const host::CallJson& problem) {
 } // namespace
 
 RestClient::RestClient(std::string_view verb, const HttpOptions& options)
-    : verb_(verb), client_(verb, options.url, options.token, options.authority, options.patience_s) {}
+    : verb_(verb), client_(verb, options.url, options.token, options.authority, options.timeout_s) {}
 
 host::CallJson RestClient::get(const std::string& path) {
     return parsed(get_bytes(path));

@@ -23,9 +23,9 @@ constexpr Rgb sky{11, 16, 32}, field{17, 25, 48}, border{110, 125, 160}, grid{44
     grid_text{120, 140, 185}, label{225, 230, 245}, title{240, 243, 250}, body{52, 60, 78},
     body_lit{255, 226, 160}, body_dark{96, 104, 124}, terminator{255, 170, 90}, sun{255, 236, 150};
 constexpr double margin = 44, top = 60, bottom = 64;
-constexpr std::size_t most_labels = 60;
+constexpr std::size_t max_labels = 60;
 /// Radius of a star of the faintest magnitude, and how much it grows with each magnitude.
-constexpr double least_radius = 0.8, radius_per_magnitude = 0.85, most_radius = 8;
+constexpr double min_radius = 0.8, radius_per_magnitude = 0.85, max_radius = 8;
 
 /// Colour of a star by B-V.
 Rgb star_colour(double b_v) {
@@ -229,7 +229,7 @@ private:
                           star_colour(star.colour_b_v.value_or(0.6)));
         }
         std::size_t labels = 0;
-        for (auto e = stars.rbegin(); e != stars.rend() && labels < most_labels; ++e) {
+        for (auto e = stars.rbegin(); e != stars.rend() && labels < max_labels; ++e) {
             const scene::Star star = scene::star_of(chart_.scene, static_cast<std::uint32_t>((*e)->object));
             const ephemeris::StarName name = chart_.names.at(star.right_ascension_rad, star.declination_rad);
             if (name.shortest().empty()) continue;
@@ -253,8 +253,8 @@ private:
     }
 
     [[nodiscard]] double radius_of(double magnitude) const {
-        return std::min(most_radius,
-                        least_radius + radius_per_magnitude * std::max(0.0, *faintest_ - magnitude));
+        return std::min(max_radius,
+                        min_radius + radius_per_magnitude * std::max(0.0, *faintest_ - magnitude));
     }
 
     /// Places a text beside a mark where it covers no other; whether there is room.
@@ -292,7 +292,7 @@ private:
         // Scale of magnitudes.
         double x = margin + 8;
         const double y = top + height_ + 32;
-        const int bright = static_cast<int>(std::floor(*faintest_ - most_radius / radius_per_magnitude)) + 1;
+        const int bright = static_cast<int>(std::floor(*faintest_ - max_radius / radius_per_magnitude)) + 1;
         for (int m = std::max(bright, -2); m <= static_cast<int>(std::ceil(*faintest_)); ++m) {
             drawing_.disc({x, y}, radius_of(m), label);
             drawing_.text({x + 11, y}, fmt::format("V {}", m), grid_text);

@@ -21,7 +21,7 @@ namespace obscura::tools {
 namespace {
 
 constexpr double arc_second = degree / 3600;
-constexpr std::size_t max_list_line_bytes = 65536, most_stars = 10'000'000;
+constexpr std::size_t max_list_line_bytes = 65536, max_stars = 10'000'000;
 
 /// Columns of brightness that are known, the best first.
 constexpr std::array<std::string_view, 10> brightness_columns{
@@ -178,8 +178,8 @@ StarList read_star_list(const std::filesystem::path& file, const StarListChoice&
             if (magnitudes && !std::isnan(value)) star.mag = value;
             if (!magnitudes && value > 0) star.mag = -2.5 * std::log10(value);
         }
-        if (list.stars.size() == most_stars)
-            throw InputError(fmt::format("{}:{}: more than {} stars", file.string(), at, most_stars));
+        if (list.stars.size() == max_stars)
+            throw InputError(fmt::format("{}:{}: more than {} stars", file.string(), at, max_stars));
         list.stars.push_back(star);
     }
     return list;

@@ -21,7 +21,7 @@ namespace {
 namespace emva = sensors::emva1288;
 using Image = std::vector<std::uint16_t>;
 
-constexpr double longest_us = 1e7;
+constexpr double exposure_limit_us = 1e7;
 
 class Camera {
 public:
@@ -40,7 +40,7 @@ public:
         return fmt::format("{} {} {}", receiver_->get_text("DeviceVendorName"),
                            receiver_->get_text("DeviceModelName"), receiver_->get_text("DeviceSerialNumber"));
     }
-    [[nodiscard]] double shortest_us() const { return receiver_->least("ExposureTime"); }
+    [[nodiscard]] double camera_min_us() const { return receiver_->least("ExposureTime"); }
     [[nodiscard]] int bits() const { return bits_; }
     [[nodiscard]] std::size_t width() const { return width_; }
 
@@ -102,11 +102,11 @@ private:
 };
 
 /// Saturating exposure time in microseconds: doubles it until the mean no longer rises in proportion.
-double find_longest(Camera& camera, double least_us) {
-    double us = std::max(2 * least_us, 10.0);
-    const double floor = camera.pairs(least_us, 1).mean;
+double find_longest(Camera& camera, double min_us) {
+    double us = std::max(2 * min_us, 10.0);
+    const double floor = camera.pairs(min_us, 1).mean;
     double before = camera.pairs(us, 1).mean;
-    while (us < longest_us / 2) {
+    while (us < exposure_limit_us / 2) {
         us *= 2;
         const double mean = camera.pairs(us, 1).mean;
         // Saturated: the last increase is less than half of a linear response.
@@ -122,8 +122,8 @@ CameraSeries take_camera_series(const CameraSeriesSettings& settings) {
     Camera camera(settings);
     CameraSeries series;
     series.camera = camera.name();
-    const double least = settings.least_us > 0 ? settings.least_us : camera.shortest_us();
-    const double most = settings.most_us > 0 ? settings.most_us : find_longest(camera, least);
+    const double least = settings.min_us > 0 ? settings.min_us : camera.camera_min_us();
+    const double most = settings.max_us > 0 ? settings.max_us : find_longest(camera, least);
     if (!(most > least))
         throw host::UsageError(fmt::format(
             "obscura characterise: the longest exposure time must exceed the shortest, they are {1} us and "

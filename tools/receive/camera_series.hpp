@@ -15,8 +15,8 @@ namespace obscura::tools {
 struct CameraSeriesSettings {
     ReceiverSettings receiver;
     std::string pixel_format; ///< PixelFormat; empty: the camera's setting
-    double least_us = 0;      ///< shortest exposure time; 0: the camera's minimum
-    double most_us = 0;       ///< longest exposure time; 0: raised until the image saturates
+    double min_us = 0;        ///< shortest exposure time; 0: the camera's minimum
+    double max_us = 0;        ///< longest exposure time; 0: raised until the image saturates
     int levels = 24;          ///< number of exposure times, evenly spaced
     int pairs = 4;            ///< pairs of images at each exposure time
     int stack = 16;           ///< images of each stack for the fixed patterns

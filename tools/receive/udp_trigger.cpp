@@ -76,9 +76,9 @@ std::uint32_t send_triggers(const UdpTriggers& triggers) {
         send_trigger(triggers, socket, triggers.first + sent);
     }
     // The answer that nothing listens comes after the datagram.
-    constexpr int patience_ms = 20;
+    constexpr int timeout_ms = 20;
     pollfd poll{socket.get(), 0, 0};
-    if (::poll(&poll, 1, patience_ms) > 0) refuse(triggers, pending_error(socket));
+    if (::poll(&poll, 1, timeout_ms) > 0) refuse(triggers, pending_error(socket));
     return sent;
 }
 

@@ -29,7 +29,7 @@ enum GeoTag : std::uint32_t {
     gdal_nodata = 42113,
 };
 
-constexpr std::int64_t most_side = (std::int64_t{1} << 31) - 1;
+constexpr std::int64_t max_side = (std::int64_t{1} << 31) - 1;
 
 struct CloseTiff {
     void operator()(TIFF* tiff) const noexcept { TIFFClose(tiff); }
@@ -147,7 +147,7 @@ bool write_map_tiff(const std::filesystem::path& file, const ObtFile& texture, i
                     const std::function<bool(std::uint64_t rows)>& progress) {
     const ObtMetadata& m = texture.metadata();
     const std::int64_t width = texture.width(level), height = texture.height(level);
-    if (width > most_side || height > most_side)
+    if (width > max_side || height > max_side)
         throw InputError(fmt::format("{}: level {} of {} x {} samples: a TIFF file has at most 2^31 - 1 each "
                                      "way, take a coarser level",
                                      texture.name(), level, width, height));

@@ -25,7 +25,7 @@ namespace {
 
 constexpr int wake_signal = SIGUSR2;
 constexpr std::size_t piece = 128 * 1024; // bytes of one read; a multiple of every packet size
-constexpr std::size_t most_control_data = 512;
+constexpr std::size_t max_control_data = 512;
 constexpr char interface_name[] = "Optical stimulator";
 
 std::uint64_t now_ns() {
@@ -227,7 +227,7 @@ void FunctionFsDisplay::setup(const usb_ctrlrequest& request) {
         }
         return;
     }
-    std::array<std::uint8_t, most_control_data> data{};
+    std::array<std::uint8_t, max_control_data> data{};
     if (!vendor || !display_.knows_control_out(request.bRequest) || request.wLength > data.size()) {
         stall(false);
         say(fmt::format("stalled request 0x{:02x} with {} bytes", request.bRequest, +request.wLength));

@@ -15,7 +15,7 @@ namespace obscura::tools {
 namespace {
 
 /// Part of rendering below which a cure is not worth a line.
-constexpr double least_share = 0.05;
+constexpr double min_share = 0.05;
 
 double to_ms(std::int64_t ns) {
     return static_cast<double>(ns) * 1e-6;
@@ -105,7 +105,7 @@ std::vector<std::pair<std::int64_t, const char*>> stages(const TimingRow& row) {
 void add_rendering_cures(const Means& means, const Rendering& r, double late_ms, std::vector<Cure>& all) {
     const TimingRow& one = means.front();
     const auto add = [&](std::string cause, double ms, double saved_ms, std::string advice) {
-        if (saved_ms >= least_share * r.all)
+        if (saved_ms >= min_share * r.all)
             all.push_back({std::move(cause), ms, r.all, r.all - saved_ms, std::move(advice)});
     };
     const double over_instants = (r.setup + r.points) * (1 - 1 / r.instants);

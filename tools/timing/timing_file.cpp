@@ -16,7 +16,7 @@ namespace obscura::tools {
 namespace {
 
 constexpr std::size_t max_timing_rows = 1'000'000;
-constexpr std::size_t most_columns = 256;
+constexpr std::size_t max_columns = 256;
 /// Numbers are below this: differences of larger ones could overflow.
 constexpr std::int64_t number_limit = std::int64_t{1} << 62;
 
@@ -43,9 +43,9 @@ public:
         if (std::find(titles_.begin(), titles_.end(), frame_id_column) == titles_.end())
             throw InputError(
                 fmt::format("{}:1: this is no timing file, allowed is what obscurad --timing writes", name));
-        if (titles_.size() > most_columns)
+        if (titles_.size() > max_columns)
             throw InputError(
-                fmt::format("{}:1: {} columns, allowed are {}", name, titles_.size(), most_columns));
+                fmt::format("{}:1: {} columns, allowed are {}", name, titles_.size(), max_columns));
         for (const TimingColumn& column : timing_columns())
             if (const auto at = column.in_first_files ? index_of(column.name) : find(column.name))
                 numbers_.push_back({*at, &column});

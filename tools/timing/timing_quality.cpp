@@ -60,13 +60,13 @@ struct Kind {
     std::size_t frames = 0;
     LevelCounts levels{};
     std::vector<std::int64_t> errors_ppm;
-    std::int64_t least_margin_us = INT64_MAX;
+    std::int64_t min_margin_us = INT64_MAX;
 
     void add(const TimingRow& row) {
         ++frames;
         count_levels(row, levels);
         errors_ppm.push_back(in_millionths(row.quality.error_rms));
-        least_margin_us = std::min(least_margin_us, row.quality.margin_us);
+        min_margin_us = std::min(min_margin_us, row.quality.margin_us);
     }
 };
 
@@ -122,7 +122,7 @@ std::string degraded_text(std::span<const TimingRow> rows, bool each) {
         out +=
             fmt::format("{:>8} {:>9.2f} {:>9.2f} {:>11.1f}  {:<40}  {}\n", kind.frames,
                         percent(kind.errors_ppm[kind.errors_ppm.size() / 2]), percent(kind.errors_ppm.back()),
-                        ms(kind.least_margin_us), why, level_shares(kind.levels, 0));
+                        ms(kind.min_margin_us), why, level_shares(kind.levels, 0));
     }
     if (!each) return out;
     out += fmt::format("\nEach degraded frame\n{:>8} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10}  {}\n", "frame",

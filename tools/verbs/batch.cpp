@@ -46,7 +46,7 @@ public:
                     "all of its samples");
         line.number("--shard", &shard_frames_, "N",
                     "Frames in a shard; 0: 100, or as many as make 1000 shards if that is more", 0,
-                    static_cast<double>(most_frames));
+                    static_cast<double>(max_frames));
         line.option("-o,--out", &out_, "DIR", "Folder for plan, frames and records; created when missing")
             .required = true;
         line.option("--format", &format_, "FORMAT", "File format of the frames").choices = {"exr", "fits"};
@@ -99,7 +99,7 @@ private:
         throw host::UsageError(
             fmt::format("obscura batch plan: --frames \"{}\": allowed is A:B with A < B, each 0 to {}, for "
                         "example 0:46000",
-                        frames_.substr(0, 60), most_frames));
+                        frames_.substr(0, 60), max_frames));
     }
 
     void set_frames(const scene::Scene& scene, Plan& plan) const {
@@ -109,7 +109,7 @@ private:
                 std::uint64_t value = 0;
                 const auto [end, error] =
                     std::from_chars(digits.data(), digits.data() + digits.size(), value);
-                if (error != std::errc{} || end != digits.data() + digits.size() || value > most_frames)
+                if (error != std::errc{} || end != digits.data() + digits.size() || value > max_frames)
                     refuse_frames();
                 return value;
             };
@@ -127,10 +127,10 @@ private:
                             frames_, scene.camera.motion.samples.size()));
         plan.frames = {before + 1, last};
         plan.shard_frames = shard_frames_ > 0 ? shard_frames_ : usual_shard_frames(plan.frames.count());
-        if (plan.shards() > most_shards)
+        if (plan.shards() > max_shards)
             throw host::UsageError(
                 fmt::format("obscura batch plan: --shard {}: makes {} shards, allowed are at most {}",
-                            shard_frames_, plan.shards(), most_shards));
+                            shard_frames_, plan.shards(), max_shards));
     }
 
     /// Scene times of at most some 64 frames, evenly spaced.

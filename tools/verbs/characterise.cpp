@@ -49,10 +49,10 @@ public:
                     "With --camera: photons per pixel and second that the light delivers, needed for the "
                     "quantum efficiency (0: unknown)",
                     0, 1e15);
-        line.number("--least-us", &camera_.series.least_us, "US",
+        line.number("--least-us", &camera_.series.min_us, "US",
                     "With --camera: shortest exposure time in microseconds (0: the camera's minimum)", 0,
                     1e7);
-        line.number("--most-us", &camera_.series.most_us, "US",
+        line.number("--most-us", &camera_.series.max_us, "US",
                     "With --camera: longest exposure time in microseconds (0: found by raising it until the "
                     "image saturates)",
                     0, 1e7);
@@ -78,7 +78,7 @@ public:
         if (int{preset_.empty()} + int{series_.empty()} + int{address.empty()} != 2)
             throw host::UsageError(
                 "obscura characterise: exactly one of --preset, --series and --camera is wanted");
-        if (camera_.dark && !(camera_.series.most_us > 0))
+        if (camera_.dark && !(camera_.series.max_us > 0))
             throw host::UsageError("obscura characterise: --dark needs --most-us, the longest exposure");
         Characterisation result;
         if (!address.empty()) {

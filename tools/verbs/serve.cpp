@@ -3,7 +3,7 @@
 #include "core/error.hpp"
 #include "host/interrupt.hpp"
 #include "host/service_notify.hpp"
-#include "serve/compatible/door_host.hpp"
+#include "serve/compatible/compatible_host.hpp"
 #include "serve/render_host.hpp"
 #include "service/listener.hpp"
 #include "service/server.hpp"
@@ -120,7 +120,7 @@ public:
         limits.clients = clients_;
         limits.memory_bytes = memory_mib_ << 20;
         serve::RenderHost host(OBSCURA_VERSION, root, picture_);
-        serve::compatible::DoorHost door_host(serve::compatible::DoorSettings{
+        serve::compatible::CompatibleHost door_host(serve::compatible::CompatibleSettings{
             OBSCURA_VERSION, root, output, picture_,
             resources_.empty() ? serve::compatible::ResourceTable()
                                : serve::compatible::ResourceTable(resources_)});
@@ -128,8 +128,8 @@ public:
         if (compatible) {
             service::Listener listener = service::Listener::tcp(compatible_);
             fmt::print("published client at {}\n", listener.address());
-            server.add(
-                serve::compatible::make_door(std::move(listener), door_host, {}, server.memory(), clients_));
+            server.add(serve::compatible::make_compatible_endpoint(std::move(listener), door_host, {},
+                                                                   server.memory(), clients_));
         }
         std::fflush(stdout);
         host::notify_service_manager("READY=1");

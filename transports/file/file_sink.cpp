@@ -22,7 +22,7 @@
 namespace obscura::transports {
 namespace {
 
-constexpr std::int64_t longest_write_ns = 60 * ns_per_s;
+constexpr std::int64_t max_write_ns = 60 * ns_per_s;
 
 } // namespace
 
@@ -70,7 +70,7 @@ void FileSink::work() {
         const FrameRef frame = queue_.front();
         if (!frame) {
             if (stopping_) return;
-            wake_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+            wake_.wait(seen, MonotonicClock().now() + Heartbeat::max_wait_ns);
             continue;
         }
         if (stopping_) {
@@ -108,7 +108,7 @@ void FileSink::write(const Frame& frame) {
     const std::string run = run_ > 1 ? fmt::format("run{}_", run_) : std::string();
     const std::string file_name = run + images::frame_file_name(info.frame_id, settings_.format);
     // Announce the blocking write: a slow or remote disk is not a hung thread.
-    heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
+    heartbeat_.allow_silence_until(MonotonicClock().now() + max_write_ns);
     info.note_transmit(transmit_slot(), MonotonicClock().now());
     try {
         const std::filesystem::path directory = settings_.directory;

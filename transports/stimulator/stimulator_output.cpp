@@ -18,7 +18,7 @@ namespace {
 constexpr std::int64_t check_interval_ns = 250 * ns_per_ms; // interval of status requests to an idle device
 constexpr std::int64_t complaint_interval_ns = 60 * ns_per_s;
 /// Longest blocking call announced to the watchdog: finding the device and computing its tables.
-constexpr std::int64_t longest_connect_ns = 60 * ns_per_s;
+constexpr std::int64_t max_connect_ns = 60 * ns_per_s;
 
 } // namespace
 
@@ -90,7 +90,7 @@ void StimulatorOutput::work() {
     while (!stopping_) {
         std::unique_ptr<Session> session;
         try {
-            heartbeat_.allow_silence_until(stimulator_now() + longest_connect_ns);
+            heartbeat_.allow_silence_until(stimulator_now() + max_connect_ns);
             session = connect();
         } catch (const std::exception& error) {
             complain(error.what());
@@ -219,7 +219,7 @@ void StimulatorOutput::serve(Session& s) {
 
 void StimulatorOutput::check(Session& s) {
     s.checked = stimulator_now();
-    heartbeat_.allow_silence_until(s.checked + longest_request_ns);
+    heartbeat_.allow_silence_until(s.checked + max_request_ns);
     if (s.link->has_frame_status()) {
         const Time before = stimulator_now();
         const auto status = s.link->frame_status();

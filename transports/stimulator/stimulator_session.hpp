@@ -16,7 +16,7 @@ namespace obscura::transports {
 /// How long the transfers in progress may go on after stop().
 inline constexpr int stop_timeout_ms = 200;
 /// Longest request to the device that is announced to the watchdog.
-inline constexpr std::int64_t longest_request_ns = 10 * ns_per_s;
+inline constexpr std::int64_t max_request_ns = 10 * ns_per_s;
 
 inline Time stimulator_now() {
     return MonotonicClock().now();

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::int32_t band_rows = 64;
 constexpr int stalls_allowed = 3;
-constexpr std::size_t least_to_compress = 256; // bytes; the request costs more than fewer data
+constexpr std::size_t min_to_compress = 256; // bytes; the request costs more than fewer data
 
 /// Smallest rectangle inside `rect` that holds all differences of two screens; width 0 if they are equal.
 Region changed_part(const Region& rect, std::size_t stride, std::size_t pixel, const std::uint8_t* a,
@@ -105,12 +105,12 @@ bool StimulatorOutput::finish(Session& s, std::size_t slot, int wait_ms) {
 
 void StimulatorOutput::finish_for_sure(Session& s, std::size_t slot) {
     const Time patience = stimulator_now() + 5 * ns_per_s; // beyond the time-out of the transfer itself
-    Time stop_patience{};
+    Time stop_timeout{};
     while (!finish(s, slot, 20)) {
         heartbeat_.beat();
         const Time t = stimulator_now();
-        if (stopping_ && stop_patience == Time{}) stop_patience = t + stop_timeout_ms * ns_per_ms;
-        if (t > patience || (stopping_ && t > stop_patience)) {
+        if (stopping_ && stop_timeout == Time{}) stop_timeout = t + stop_timeout_ms * ns_per_ms;
+        if (t > patience || (stopping_ && t > stop_timeout)) {
             s.device->cancel(slot);
             account(s, s.lanes[slot], {UsbStatus::timeout, 0});
             return;
@@ -242,7 +242,7 @@ bool StimulatorOutput::compute(Session& s, const Frame& frame, const Region& rec
 
 std::span<const std::uint8_t> StimulatorOutput::compress(Session& s, Lane& lane) {
     if (settings_.compression == Compression::off || !s.link->takes_lz4() ||
-        lane.plain.size() < least_to_compress)
+        lane.plain.size() < min_to_compress)
         return lane.plain;
     const bool automatic = settings_.compression == Compression::automatic;
     if (automatic && s.compress_rest > 0) {
@@ -310,7 +310,7 @@ void StimulatorOutput::send(Session& s, const Region& rect, bool ends_frame) {
         UsbStatus status = UsbStatus::gone;
         if (!s.over && s.bad_frame != s.frame) {
             lane.sent = stimulator_now();
-            heartbeat_.allow_silence_until(lane.sent + longest_request_ns);
+            heartbeat_.allow_silence_until(lane.sent + max_request_ns);
             status = s.link->send(slot, update);
             if (status == UsbStatus::ok) {
                 lane.busy = true;

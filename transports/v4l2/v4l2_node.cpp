@@ -64,7 +64,7 @@ v4l2_buffer mapped_buffer(std::uint32_t index = 0) {
 }
 
 /// Upper limit of an image's side: beyond any sensor or driver, and far from overflow of sizes.
-constexpr std::uint32_t longest_side = 1u << 16;
+constexpr std::uint32_t max_side_px = 1u << 16;
 
 } // namespace
 
@@ -162,7 +162,7 @@ void V4l2Node::agree_on_format() {
     const FormatCode wanted = code_of(settings_.format);
     const auto width = static_cast<std::uint32_t>(image_.width);
     const auto height = static_cast<std::uint32_t>(image_.height);
-    if (width > longest_side || height == 0 || height > longest_side)
+    if (width > max_side_px || height == 0 || height > max_side_px)
         refuse(fmt::format("cannot show {}x{} pixels", image_.width, image_.height));
     if (settings_.frame_counter && width < 4) refuse("a frame counter needs images 4 pixels wide");
     const auto row_bytes = static_cast<std::uint32_t>(packed_row_bytes(wanted.pixels, image_.width));

@@ -19,11 +19,11 @@ namespace obscura::transports {
 
 namespace {
 
-constexpr std::int64_t look_after_ns = Heartbeat::longest_wait_ns; // interval of checks of an idle node
-constexpr std::int64_t longest_open_ns = 10 * ns_per_s;            // longest set-up time of a driver
-constexpr std::int64_t last_frames_ns = 300 * ns_per_ms;           // time for queued frames in stop()
+constexpr std::int64_t look_after_ns = Heartbeat::max_wait_ns; // interval of checks of an idle node
+constexpr std::int64_t max_open_ns = 10 * ns_per_s;            // longest set-up time of a driver
+constexpr std::int64_t last_frames_ns = 300 * ns_per_ms;       // time for queued frames in stop()
 constexpr std::int32_t band_rows = 64;
-constexpr std::size_t most_causes = 16; // causes remembered; further ones are logged repeatedly
+constexpr std::size_t max_causes = 16; // causes remembered; further ones are logged repeatedly
 
 void count(std::atomic<std::uint64_t>& counter, std::uint64_t n = 1) {
     counter.fetch_add(n, std::memory_order_relaxed);
@@ -106,7 +106,7 @@ void V4l2Output::set_trouble(const std::string& problem) {
 void V4l2Output::report(const std::string& problem) {
     set_trouble(problem);
     if (std::find(reported_.begin(), reported_.end(), problem) != reported_.end()) return;
-    if (reported_.size() < most_causes) reported_.push_back(problem);
+    if (reported_.size() < max_causes) reported_.push_back(problem);
     count(problems_);
     log_line(LogLevel::warning, problem, "v4l2: DEVICE: WHY");
 }
@@ -125,7 +125,7 @@ void V4l2Output::lose(const std::string& problem, Instant now) {
 
 void V4l2Output::open(V4l2Image image) {
     node_.reset();
-    heartbeat_.allow_silence_until(MonotonicClock().now() + longest_open_ns);
+    heartbeat_.allow_silence_until(MonotonicClock().now() + max_open_ns);
     node_ = std::make_unique<V4l2Node>(calls_, settings_, image, context_.frame_rate_hz);
     count(opened_);
     set_trouble({});

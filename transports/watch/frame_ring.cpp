@@ -75,10 +75,10 @@ FrameRingTruth truth_of(const GroundTruth& truth) {
 
 } // namespace
 
-FrameRing::FrameRing(std::size_t most_pixels)
+FrameRing::FrameRing(std::size_t max_pixels)
     : memory_(::memfd_create("obscura-frames", MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
     if (!memory_) refuse("memfd_create");
-    const std::size_t slot_bytes = up_to_pages(pixels_at + 2 * most_pixels);
+    const std::size_t slot_bytes = up_to_pages(pixels_at + 2 * max_pixels);
     bytes_ = page_bytes + slots * slot_bytes;
     if (::ftruncate(memory_.get(), static_cast<off_t>(bytes_)) != 0) refuse("ftruncate");
     // The first touch of each page takes long, and comes now.
@@ -93,7 +93,7 @@ FrameRing::FrameRing(std::size_t most_pixels)
     begin->slots_at = page_bytes;
     begin->slot_bytes = slot_bytes;
     begin->pixels_at = pixels_at;
-    begin->most_pixels = most_pixels;
+    begin->max_pixels = max_pixels;
     constexpr int seals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL;
     if (::fcntl(memory_.get(), F_ADD_SEALS, seals) != 0) {
         ::munmap(mapped_, bytes_);
@@ -112,9 +112,9 @@ int FrameRing::hand_over() {
         place = std::move(event);
     else if (::dup3(event.get(), place.get(), O_CLOEXEC) < 0)
         refuse("dup3");
-    next_told_ = (next_told_ + 1) % most_told;
+    next_told_ = (next_told_ + 1) % max_reported;
     const std::size_t count = told_count_.load(std::memory_order_relaxed);
-    if (count < most_told) told_count_.store(count + 1, std::memory_order_release);
+    if (count < max_reported) told_count_.store(count + 1, std::memory_order_release);
     return place.get();
 }
 
@@ -124,7 +124,7 @@ FrameRingHead& FrameRing::head() const noexcept {
 
 std::uint64_t FrameRing::write(const Frame& frame, std::uint64_t number) noexcept {
     const std::span<const std::uint16_t> pixels = frame.pixels();
-    if (pixels.size() > head().most_pixels) return 0;
+    if (pixels.size() > head().max_pixels) return 0;
     const std::uint64_t serial = ++serial_;
     std::byte* const slot = mapped_ + head().slots_at + serial % slots * head().slot_bytes;
     const FrameRingHeader header = header_of(frame, number);

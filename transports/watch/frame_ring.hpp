@@ -19,10 +19,10 @@ class FrameRing {
 public:
     static constexpr std::size_t slots = 4;
     /// Readers that are told of a new frame; who comes later replaces the first of them.
-    static constexpr std::size_t most_told = 8;
+    static constexpr std::size_t max_reported = 8;
 
-    /// For frames of at most `most_pixels`; pages the memory in. Throws HardwareError.
-    explicit FrameRing(std::size_t most_pixels);
+    /// For frames of at most `max_pixels`; pages the memory in. Throws HardwareError.
+    explicit FrameRing(std::size_t max_pixels);
     ~FrameRing();
     FrameRing(const FrameRing&) = delete;
     FrameRing& operator=(const FrameRing&) = delete;
@@ -46,7 +46,7 @@ private:
     std::uint64_t serial_ = 0;
     /// Eventfds of told readers. Their numbers stay the same while the ring lives, so that write() may use
     /// them at any time; a new reader gets a new eventfd under the number of an old one.
-    std::array<FileDescriptor, most_told> told_;
+    std::array<FileDescriptor, max_reported> told_;
     std::atomic<std::size_t> told_count_{0};
     std::size_t next_told_ = 0;
 };

@@ -19,10 +19,10 @@ inline constexpr std::uint32_t frame_ring_version = 1;
 struct FrameRingHead {
     std::array<char, 8> magic{};
     std::uint32_t version = 0, slots = 0;
-    std::uint64_t slots_at = 0;    ///< bytes from the begin of the ring to its first slot
-    std::uint64_t slot_bytes = 0;  ///< from one slot to the next
-    std::uint64_t pixels_at = 0;   ///< bytes from the begin of a slot to its pixels, 16-bit words
-    std::uint64_t most_pixels = 0; ///< of a frame
+    std::uint64_t slots_at = 0;   ///< bytes from the begin of the ring to its first slot
+    std::uint64_t slot_bytes = 0; ///< from one slot to the next
+    std::uint64_t pixels_at = 0;  ///< bytes from the begin of a slot to its pixels, 16-bit words
+    std::uint64_t max_pixels = 0; ///< of a frame
     /// Serial number of the frame written last, from 1 on; 0: none. Frame s stands in slot s % slots.
     std::uint64_t newest = 0;
 };

@@ -17,8 +17,8 @@ namespace obscura::transports {
 namespace {
 
 /// A writer that overtakes a reader so often has frames faster than they can be looked at.
-constexpr int most_tries = 8;
-constexpr std::uint64_t most_bytes = std::uint64_t{1} << 40;
+constexpr int max_tries = 8;
+constexpr std::uint64_t max_bytes = std::uint64_t{1} << 40;
 
 [[noreturn]] void refuse_ring(const std::string& why) {
     throw InputError(fmt::format("frame ring: {}", why));
@@ -47,10 +47,10 @@ FrameRingReader::FrameRingReader(const FileDescriptor& ring) {
     const FrameRingHead& h = head_;
     const bool known = h.magic == frame_ring_magic && h.version == frame_ring_version;
     const bool fits = h.slots > 0 && h.slots < 1024 && h.slots_at >= sizeof h && h.slots_at % 8 == 0 &&
-                      h.slots_at < bytes_ && h.slot_bytes % 8 == 0 && h.slot_bytes < most_bytes &&
+                      h.slots_at < bytes_ && h.slot_bytes % 8 == 0 && h.slot_bytes < max_bytes &&
                       h.pixels_at >= sizeof(FrameRingSlot) && h.pixels_at % 8 == 0 &&
-                      h.most_pixels < most_bytes && h.pixels_at <= h.slot_bytes &&
-                      2 * h.most_pixels <= h.slot_bytes - h.pixels_at &&
+                      h.max_pixels < max_bytes && h.pixels_at <= h.slot_bytes &&
+                      2 * h.max_pixels <= h.slot_bytes - h.pixels_at &&
                       h.slots * h.slot_bytes <= bytes_ - h.slots_at;
     if (known && fits) return;
     ::munmap(const_cast<std::byte*>(mapped_), bytes_);
@@ -73,7 +73,7 @@ std::uint64_t FrameRingReader::newest() const noexcept {
 }
 
 std::optional<RingFrame> FrameRingReader::read() const noexcept {
-    for (int i = 0; i < most_tries; ++i) {
+    for (int i = 0; i < max_tries; ++i) {
         const std::uint64_t serial = newest();
         if (serial == 0) return std::nullopt;
         if (const auto frame = read(serial)) return frame;
@@ -90,7 +90,7 @@ std::optional<RingFrame> FrameRingReader::read(std::uint64_t serial) const noexc
     read_words(&frame.truth, from + offsetof(FrameRingSlot, truth), sizeof frame.truth);
     if (!intact(frame)) return std::nullopt;
     const std::uint64_t pixels = std::uint64_t{frame.header.width} * frame.header.height;
-    if (pixels > head_.most_pixels || frame.truth.body_count > frame.truth.bodies.size()) return std::nullopt;
+    if (pixels > head_.max_pixels || frame.truth.body_count > frame.truth.bodies.size()) return std::nullopt;
     frame.pixels = {reinterpret_cast<const std::uint16_t*>(from + head_.pixels_at),
                     static_cast<std::size_t>(pixels)};
     return frame;

@@ -11,16 +11,16 @@
 namespace obscura::transports {
 namespace {
 
-constexpr std::chrono::milliseconds look_period{50};
+constexpr std::chrono::milliseconds poll_interval{50};
 /// Poll interval of viewers that need no pixels.
-constexpr std::int64_t look_period_of_info_ns = 100 * ns_per_ms;
+constexpr std::int64_t poll_interval_of_info_ns = 100 * ns_per_ms;
 
 } // namespace
 
-WatchTransport::WatchTransport(std::size_t most_pixels, std::function<void()> enter)
+WatchTransport::WatchTransport(std::size_t max_pixels, std::function<void()> enter)
     : enter_(std::move(enter)),
       queue_(frames_held - 1),
-      ring_(most_pixels),
+      ring_(max_pixels),
       reader_(FileDescriptor(::dup(ring_.descriptor()))) {}
 
 WatchTransport::~WatchTransport() {
@@ -112,7 +112,7 @@ std::optional<WatchedFrame> WatchTransport::newest(std::uint64_t after,
         const auto now = std::chrono::steady_clock::now();
         if (now >= until || given_up) return std::nullopt;
         if (newest_number_ <= after || newest_number_ == overwritten)
-            changed_.wait_until(lock, std::min(until, now + look_period));
+            changed_.wait_until(lock, std::min(until, now + poll_interval));
     }
 }
 
@@ -140,11 +140,11 @@ std::optional<FrameInfo> WatchTransport::newest_info(std::chrono::steady_clock::
                                                      const std::atomic<bool>& given_up) {
     std::unique_lock lock(mutex_);
     while (true) {
-        look_locked(look_period_of_info_ns);
+        look_locked(poll_interval_of_info_ns);
         if (newest_number_ > 0) return known_[newest_].info;
         const auto now = std::chrono::steady_clock::now();
         if (now >= until || given_up) return std::nullopt;
-        changed_.wait_until(lock, std::min(until, now + look_period));
+        changed_.wait_until(lock, std::min(until, now + poll_interval));
     }
 }
 

@@ -53,8 +53,8 @@ struct KeptPixel {
 /// holds up the copying. Not supervised: viewers may wait.
 class WatchTransport final : public Transport {
 public:
-    /// For frames of `most_pixels`; `enter` is called first on the thread. Throws HardwareError.
-    WatchTransport(std::size_t most_pixels, std::function<void()> enter);
+    /// For frames of `max_pixels`; `enter` is called first on the thread. Throws HardwareError.
+    WatchTransport(std::size_t max_pixels, std::function<void()> enter);
     ~WatchTransport() override;
 
     /// Frames of the pool that it may hold.

@@ -21,10 +21,10 @@ namespace {
 using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
-constexpr auto trigger_patience = 10s, scene_patience = 60s, frame_patience = 5s;
+constexpr auto trigger_timeout = 10s, scene_timeout = 60s, frame_timeout = 5s;
 constexpr auto probe_timeout = 60s;  ///< the first one loads the scene
 constexpr auto change_timeout = 60s; ///< a scene may be built, a frame rendered
-constexpr auto irradiance_patience = 600s, configuration_patience = 60s;
+constexpr auto irradiance_timeout = 600s, configuration_timeout = 60s;
 constexpr double frame_wait_s = 5; ///< without ?wait
 
 /// The answer to the call `frame`. Throws Refusal if it has no pixels.
@@ -342,8 +342,8 @@ std::optional<Response> CameraJobs::set_configuration(State& state) {
         check_tag(state, tag_of(now));
         for (const Json& entry : now.at("entries"))
             state.before[entry.at("key").get<std::string>()] = entry.at("value");
-        state.running = calls_.begin(place, "configuration.set", {{"values", state.request.body}},
-                                     configuration_patience);
+        state.running =
+            calls_.begin(place, "configuration.set", {{"values", state.request.body}}, configuration_timeout);
     }
     const auto answer = calls_.look(*state.running);
     if (!answer) return std::nullopt;
@@ -362,9 +362,9 @@ std::optional<Response> CameraJobs::trigger(State& state) {
         const bool wait = state.request.body.value("wait", true);
         state.running = calls_.begin(state.request.place, "camera.trigger",
                                      {{"camera", state.request.place.number}, {"wait", wait}},
-                                     trigger_patience + frame_patience);
+                                     trigger_timeout + frame_timeout);
     }
-    if (DaemonCalls::Clock::now() - state.running->begun >= trigger_patience) {
+    if (DaemonCalls::Clock::now() - state.running->begun >= trigger_timeout) {
         note(state, nullptr, {{"outcome", "unknown"}});
         Response response = json_answer({{"accepted", true}, {"outcome", "unknown"}});
         response.status = 202;
@@ -392,7 +392,7 @@ std::optional<Response> CameraJobs::show_scene(State& state) {
             if (refusal.type != "no-call") throw;
         }
         check_tag(state, tag_of(state.before));
-        state.running = calls_.begin(state.request.place, "scene.show", {{"file", file}}, scene_patience);
+        state.running = calls_.begin(state.request.place, "scene.show", {{"file", file}}, scene_timeout);
     }
     const auto answer = calls_.look(*state.running);
     if (!answer) return std::nullopt;
@@ -416,7 +416,7 @@ std::optional<Response> CameraJobs::frame(State& state) {
                                      {{"camera", state.request.place.number},
                                       {"after", query.value("after", std::uint64_t{0})},
                                       {"wait_s", wait_s}},
-                                     wait + frame_patience);
+                                     wait + frame_timeout);
     try {
         const auto answer = calls_.look(*state.running);
         if (!answer) return std::nullopt;
@@ -446,7 +446,7 @@ std::optional<Response> CameraJobs::irradiance(State& state) {
         }
         state.running =
             calls_.begin(request.place, "irradiance", {{"camera", request.place.number}, {"frame", frame}},
-                         irradiance_patience);
+                         irradiance_timeout);
     }
     const auto answer = calls_.look(*state.running);
     if (!answer) return std::nullopt;

@@ -15,9 +15,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t most_kept = 4;
-constexpr std::chrono::milliseconds slice_ms = 5ms, silence_ms = 2s;
-constexpr std::uint64_t most_array_bytes = 1ULL << 26; ///< a frame of 33 million pixels
+constexpr std::size_t max_stored = 4;
+constexpr std::chrono::milliseconds poll_interval = 5ms, silence_timeout = 2s;
+constexpr std::uint64_t max_array_bytes = 1ULL << 26; ///< a frame of 33 million pixels
 
 /// What a refusal of a daemon is in HTTP.
 Refusal refusal_of(const host::CallRefused& error) {
@@ -102,8 +102,8 @@ std::unique_ptr<host::CallClient> DaemonCalls::take(const CameraPlace& place) {
         }
     }
     host::CallClient::Options options;
-    options.connect_timeout_s = std::chrono::duration<double>(silence_ms).count();
-    options.most_array_bytes = most_array_bytes;
+    options.connect_timeout_s = std::chrono::duration<double>(silence_timeout).count();
+    options.max_array_bytes = max_array_bytes;
     try {
         return std::make_unique<host::CallClient>(place.control, options);
     } catch (const HardwareError& error) {
@@ -116,18 +116,18 @@ std::unique_ptr<host::CallClient> DaemonCalls::take(const CameraPlace& place) {
 
 void DaemonCalls::note_silent(const CameraPlace& place) {
     const std::lock_guard lock(mutex_);
-    silent_[place.daemon] = Clock::now() + silence_ms;
+    silent_[place.daemon] = Clock::now() + silence_timeout;
 }
 
 void DaemonCalls::keep(Running& running) {
     const std::lock_guard lock(mutex_);
-    if (kept_.size() >= most_kept) kept_.erase(kept_.begin());
+    if (kept_.size() >= max_stored) kept_.erase(kept_.begin());
     kept_.push_back({running.place.daemon, std::move(running.client)});
 }
 
 DaemonCalls::Running DaemonCalls::begin(const CameraPlace& place, const std::string& name, const Json& fields,
-                                        std::chrono::milliseconds patience) {
-    Running running{place, take(place), Clock::now(), Clock::now() + patience};
+                                        std::chrono::milliseconds timeout) {
+    Running running{place, take(place), Clock::now(), Clock::now() + timeout};
     try {
         running.client->begin(name, fields);
     } catch (const HardwareError& error) {
@@ -139,7 +139,7 @@ DaemonCalls::Running DaemonCalls::begin(const CameraPlace& place, const std::str
 }
 
 std::optional<DaemonCalls::Answer> DaemonCalls::look(Running& running) {
-    return wait(running, slice_ms);
+    return wait(running, poll_interval);
 }
 
 std::optional<DaemonCalls::Answer> DaemonCalls::wait(Running& running, std::chrono::milliseconds longest) {

@@ -52,9 +52,9 @@ public:
 
     /// Makes a call that answers at once.
     Answer call(const CameraPlace& place, const std::string& name, const Json& fields);
-    /// Sends a request whose answer may take `patience`.
+    /// Sends a request whose answer may take `timeout`.
     [[nodiscard]] Running begin(const CameraPlace& place, const std::string& name, const Json& fields,
-                                std::chrono::milliseconds patience);
+                                std::chrono::milliseconds timeout);
     /// The answer; none: it is not there yet. Waits a few milliseconds.
     [[nodiscard]] std::optional<Answer> look(Running& running);
 

@@ -20,8 +20,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Type = Parameter::Type;
 
-constexpr int most_levels = 12;           ///< of arrays and objects within each other
-constexpr std::size_t most_members = 256; ///< of a body of any names
+constexpr int max_levels = 12;           ///< of arrays and objects within each other
+constexpr std::size_t max_members = 256; ///< of a body of any names
 
 std::string shortened(std::string_view text) {
     return std::string(text.substr(0, 60));
@@ -55,7 +55,7 @@ std::string allowed(const Parameter& field) {
     return std::string(name_of(field.type));
 }
 
-const Parameter& row_of(std::string_view name, std::span<const Parameter> fields) {
+const Parameter& field_row(std::string_view name, std::span<const Parameter> fields) {
     const auto found = std::find_if(fields.begin(), fields.end(),
                                     [name](const Parameter& field) { return field.name == name; });
     if (found != fields.end()) return *found;
@@ -136,7 +136,7 @@ Json read_query(std::string_view query, std::span<const Parameter> fields) {
         query.remove_prefix(std::min(one.size() + 1, query.size()));
         if (one.empty()) continue;
         const std::string_view name = one.substr(0, one.find('='));
-        const Parameter& field = row_of(name, fields);
+        const Parameter& field = field_row(name, fields);
         const std::string_view text =
             one.size() > name.size() ? one.substr(name.size() + 1) : std::string_view();
         Json value = field.type == Type::string ? word_of(text) : value_of(text);
@@ -155,10 +155,10 @@ Json read_body(std::string_view text, const Route& route) {
     if (!empty) {
         try {
             body = Json::parse(text.begin(), text.end(), [](int depth, Json::parse_event_t, Json&) {
-                if (depth > most_levels)
+                if (depth > max_levels)
                     throw Refusal(
                         400, "syntax",
-                        fmt::format("more than {} arrays and objects within each other", most_levels));
+                        fmt::format("more than {} arrays and objects within each other", max_levels));
                 return true;
             });
         } catch (const Json::parse_error& error) {
@@ -168,11 +168,11 @@ Json read_body(std::string_view text, const Route& route) {
         }
     }
     if (!body.is_object()) throw Refusal(422, "value", "the body is no object");
-    if (body.size() > most_members)
-        throw Refusal(422, "value", fmt::format("more than {} members", most_members));
+    if (body.size() > max_members)
+        throw Refusal(422, "value", fmt::format("more than {} members", max_members));
     if (route.body == Body::map) return body;
     for (const auto& [name, value] : body.items()) {
-        const Parameter& field = row_of(name, route.fields);
+        const Parameter& field = field_row(name, route.fields);
         if (!has_type(value, field))
             refuse(fmt::format("{}: allowed: {}", field.name, allowed(field)), field.name);
     }

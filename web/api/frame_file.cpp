@@ -57,7 +57,7 @@ std::string jpeg_file(const KeptFrame& frame, const KeptFrame& whole) {
         throw Refusal(
             422, "value",
             fmt::format("a frame of {} x {} pixels has no JPEG, allowed are up to {} columns and rows",
-                        frame.width, frame.height, most_jpeg_side));
+                        frame.width, frame.height, max_jpeg_side));
     return {bytes.begin(), bytes.end()};
 }
 

@@ -13,7 +13,7 @@ namespace obscura::web {
 namespace {
 
 bool is_key(std::string_view key) {
-    return !key.empty() && key.size() <= KeptAnswers::most_key_bytes &&
+    return !key.empty() && key.size() <= KeptAnswers::max_key_bytes &&
            std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c <= '~'; });
 }
 
@@ -24,7 +24,7 @@ KeptAnswers::Begun KeptAnswers::begin(std::string_view token, std::string_view k
     constexpr std::string_view header = "Idempotency-Key";
     if (!is_key(key))
         throw Refusal(422, "value",
-                      fmt::format("{}: allowed: 1 to {} visible ASCII characters", header, most_key_bytes));
+                      fmt::format("{}: allowed: 1 to {} visible ASCII characters", header, max_key_bytes));
     std::string whose = host::sha256_of(token), what = host::sha256_of(command);
     const std::lock_guard lock(mutex_);
     drop(now, nullptr);
@@ -54,7 +54,7 @@ void KeptAnswers::end(std::uint64_t id, const Response* response) {
         std::find_if(entries_.begin(), entries_.end(), [id](const Entry& entry) { return entry.id == id; });
     if (found == entries_.end() || found->answer) return;
     if (response == nullptr || (response->status >= 300 && !response->may_have_acted) ||
-        response->body.size() > most_bytes) {
+        response->body.size() > max_bytes) {
         entries_.erase(found);
         return;
     }
@@ -68,8 +68,8 @@ void KeptAnswers::drop(Clock::time_point now, const std::string* token) {
         of_token += token != nullptr && entry.token == *token ? 1 : 0;
     for (auto entry = entries_.begin(); entry != entries_.end();) {
         const bool own = token != nullptr && entry->token == *token;
-        const bool crowded = token != nullptr && (entries_.size() >= most || bytes_ > most_bytes ||
-                                                  (own && of_token >= most_of_one_token));
+        const bool crowded = token != nullptr && (entries_.size() >= most || bytes_ > max_bytes ||
+                                                  (own && of_token >= max_per_token));
         // Those in progress are few: the worker's queues hold no more.
         if (!entry->answer || !(crowded || now - entry->at >= kept_for)) {
             ++entry;

@@ -22,9 +22,9 @@ class KeptAnswers {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::chrono::minutes kept_for{10};
-    static constexpr std::size_t most_of_one_token = 32, most = 256; ///< of more the oldest go
-    static constexpr std::size_t most_bytes = std::size_t{1} << 20;  ///< of all bodies
-    static constexpr std::size_t most_key_bytes = 128;
+    static constexpr std::size_t max_per_token = 32, most = 256;   ///< of more the oldest go
+    static constexpr std::size_t max_bytes = std::size_t{1} << 20; ///< of all bodies
+    static constexpr std::size_t max_key_bytes = 128;
 
     /// A command in progress, whose key is forgotten if it ends without an answer. Ends before the
     /// KeptAnswers.

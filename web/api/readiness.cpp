@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double longest_silence_s = 5;
+constexpr double max_silence_s = 5;
 
 std::string text_at(const Json& json, const char* pointer) {
     return json.value(Json::json_pointer(pointer), std::string());
@@ -27,7 +27,7 @@ public:
         std::string silent;
         for (const Json& beat : state.value("heartbeats", Json::array()))
             if (const double age = beat.value("age_s", 0.0);
-                !beat.value("silent", true) && age > longest_silence_s)
+                !beat.value("silent", true) && age > max_silence_s)
                 silent += fmt::format("{}{} for {:.0f} s", silent.empty() ? "silent: " : ", ",
                                       beat.value("name", std::string()), age);
         add(daemon + " threads", silent.empty(), silent.empty() ? "beat" : silent);

@@ -16,7 +16,7 @@ namespace {
 
 using Type = Parameter::Type;
 
-constexpr double most_id = 9e15; ///< that a double holds exactly
+constexpr double max_id = 9e15; ///< that a double holds exactly
 
 constexpr std::string_view text_type = "text/plain; charset=utf-8", json_type = "application/json",
                            exr_type = "image/x-exr",
@@ -29,25 +29,25 @@ constexpr std::array forms{
     FrameForm{"json", json_type},          FrameForm{"raw", "application/octet-stream"}};
 
 constexpr std::array events_query{
-    Parameter{"after", Type::integer, "Only lines with a larger id", false, 0, most_id},
+    Parameter{"after", Type::integer, "Only lines with a larger id", false, 0, max_id},
     Parameter{"follow", Type::integer, "0: the lines that are there, as JSON; 1: further ones as they come",
               false, 0, 1}};
 constexpr std::array audit_query{
-    Parameter{"after", Type::integer, "Only changes with a larger id", false, 0, most_id}};
+    Parameter{"after", Type::integer, "Only changes with a larger id", false, 0, max_id}};
 constexpr Parameter after{
-    "after", Type::integer, "Only a frame with a larger id: that of the last answer", false, 0, most_id};
+    "after", Type::integer, "Only a frame with a larger id: that of the last answer", false, 0, max_id};
 constexpr Parameter wait{"wait", Type::number, "Longest wait for such a frame", false, 0, 30, "s"};
 constexpr std::array frame_query{after, wait};
 constexpr std::array<std::string_view, 2> reductions{"max", "mean"};
 constexpr Parameter view_x{
-    "x", Type::integer, "First column of the part that is wanted", false, 0, View::most_side, "px"};
-constexpr Parameter view_y{"y", Type::integer, "First row of it", false, 0, View::most_side, "px"};
-constexpr Parameter view_w{"w", Type::integer, "Its columns; 0: all further ones", false, 0, View::most_side,
+    "x", Type::integer, "First column of the part that is wanted", false, 0, View::max_side, "px"};
+constexpr Parameter view_y{"y", Type::integer, "First row of it", false, 0, View::max_side, "px"};
+constexpr Parameter view_w{"w", Type::integer, "Its columns; 0: all further ones", false, 0, View::max_side,
                            "px"};
-constexpr Parameter view_h{"h", Type::integer, "Its rows; 0: all further ones", false, 0, View::most_side,
+constexpr Parameter view_h{"h", Type::integer, "Its rows; 0: all further ones", false, 0, View::max_side,
                            "px"};
 constexpr Parameter view_bin{"bin", Type::integer, "Columns and rows of which one pixel is made", false,
-                             1,     View::most_bin};
+                             1,     View::max_bin};
 constexpr Parameter view_reduce{
     .name = "reduce",
     .type = Type::string,

@@ -406,7 +406,7 @@ Response Routes::events(const Json& query, std::string_view last_id) const {
     auto after = query.value("after", std::uint64_t{0});
     if (query.value("follow", 1) == 0) {
         Json list = Json::array();
-        for (const WatchedEvent& one : watch_.events(after, DaemonWatch::most_events))
+        for (const WatchedEvent& one : watch_.events(after, DaemonWatch::max_events))
             list.push_back(one.event);
         return json_answer({{"events", std::move(list)}});
     }

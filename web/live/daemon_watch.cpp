@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 /// Daemons that do not answer for a while are remembered, so that their events are not told twice.
-constexpr std::size_t most_remembered = 64;
+constexpr std::size_t max_stored_replies = 64;
 
 } // namespace
 
@@ -112,7 +112,7 @@ void DaemonWatch::find_daemons() {
         const std::vector<std::string> paths = sockets();
         for (const std::string& path : paths) {
             lock.lock();
-            const bool known = daemons_.contains(path) || daemons_.size() >= most_daemons || stop_;
+            const bool known = daemons_.contains(path) || daemons_.size() >= max_daemons || stop_;
             lock.unlock();
             if (known) continue;
             try {
@@ -195,7 +195,7 @@ void DaemonWatch::look(const std::string& path, const host::MonitorClient& daemo
 }
 
 void DaemonWatch::take_events(Json events, const DaemonRun& run) {
-    if (seen_.size() >= most_remembered && !seen_.contains(run))
+    if (seen_.size() >= max_stored_replies && !seen_.contains(run))
         std::erase_if(seen_, [this](const auto& one) {
             return std::none_of(daemons_.begin(), daemons_.end(), [&one](const auto& daemon) {
                 return !daemon.second.state.is_null() && daemon.second.pid == one.first.pid;
@@ -217,7 +217,7 @@ void DaemonWatch::take_events(Json events, const DaemonRun& run) {
         seen = id;
         add(std::move(event));
     }
-    while (events_.size() > most_events)
+    while (events_.size() > max_events)
         events_.pop_front();
 }
 

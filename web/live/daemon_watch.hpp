@@ -63,8 +63,8 @@ public:
 /// no other. All members but the constructor are thread-safe.
 class DaemonWatch {
 public:
-    static constexpr std::size_t most_daemons = 16;  ///< that are watched
-    static constexpr std::size_t most_events = 4096; ///< that are kept
+    static constexpr std::size_t max_daemons = 16;  ///< that are watched
+    static constexpr std::size_t max_events = 4096; ///< that are kept
     static constexpr std::chrono::milliseconds shortest{100};
 
     /// `socket`: of one daemon; empty: all of this machine that this user may ask.

@@ -52,7 +52,7 @@ std::vector<std::uint8_t> preview_levels(std::span<const std::uint16_t> image, u
 std::vector<unsigned char> jpeg_of(std::span<const std::uint16_t> pixels, std::size_t rows,
                                    std::span<const std::uint8_t> levels) {
     const std::size_t columns = rows == 0 ? 0 : pixels.size() / rows;
-    if (columns == 0 || columns > most_jpeg_side || rows > most_jpeg_side) return {};
+    if (columns == 0 || columns > max_jpeg_side || rows > max_jpeg_side) return {};
     try {
         Encoder encoder;
         jpeg_compress_struct& jpeg = encoder.jpeg;

@@ -9,7 +9,7 @@
 
 namespace obscura::web {
 
-constexpr std::size_t most_jpeg_side = 8192;
+constexpr std::size_t max_jpeg_side = 8192;
 
 /// Display level of each digital number, from all pixels of an image with that number of bits. `counts` is
 /// memory to work with.
@@ -17,7 +17,7 @@ constexpr std::size_t most_jpeg_side = 8192;
                                                        std::vector<std::uint64_t>& counts);
 
 /// A picture of `rows` rows, each of its numbers replaced by its level. Empty: it has no pixel, or more than
-/// most_jpeg_side columns or rows, or there is no memory.
+/// max_jpeg_side columns or rows, or there is no memory.
 [[nodiscard]] std::vector<unsigned char> jpeg_of(std::span<const std::uint16_t> pixels, std::size_t rows,
                                                  std::span<const std::uint8_t> levels);
 

@@ -37,9 +37,9 @@ struct KeptFrame {
 /// go first that stand on no screen, oldest first. Thread-safe.
 class KeptFrames {
 public:
-    static constexpr std::size_t most_bytes = std::size_t{32} << 20;
+    static constexpr std::size_t max_bytes = std::size_t{32} << 20;
 
-    explicit KeptFrames(std::size_t bytes = most_bytes) : most_(bytes) {}
+    explicit KeptFrames(std::size_t bytes = max_bytes) : most_(bytes) {}
 
     /// Does nothing with a frame that is there already, or is larger than all may be.
     void keep(std::shared_ptr<const KeptFrame> frame);

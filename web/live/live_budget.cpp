@@ -38,7 +38,7 @@ std::vector<Share> shared_out(std::span<const Wish> wishes, double bytes_per_s) 
     for (const Wish& wish : wishes) {
         shares.push_back({wish.view, wish.hz, wish.encoding == PictureEncoding::jpeg});
         View& view = shares.back().view;
-        while (view.bytes() > most_picture_bytes && view.bin < View::most_bin)
+        while (view.bytes() > max_picture_bytes && view.bin < View::max_bin)
             view.bin *= 2;
     }
     // Digital numbers are given up before what they show.
@@ -48,10 +48,10 @@ std::vector<Share> shared_out(std::span<const Wish> wishes, double bytes_per_s) 
             changed = false;
             for (std::size_t i = 0; i < shares.size(); ++i) {
                 Share& share = shares[i];
-                if (share.hz >= std::min(wishes[i].hz, least_hz)) continue;
+                if (share.hz >= std::min(wishes[i].hz, min_hz)) continue;
                 if (relieve && wishes[i].encoding == PictureEncoding::automatic && !share.jpeg) {
                     share.jpeg = changed = true;
-                } else if (!relieve && share.view.bin < View::most_bin) {
+                } else if (!relieve && share.view.bin < View::max_bin) {
                     share.view.bin *= 2;
                     changed = true;
                 }

@@ -15,7 +15,7 @@ namespace obscura::web {
 /// late.
 constexpr double live_bytes_per_s = 12e6;
 /// Largest picture; more of an image is binned.
-constexpr std::size_t most_picture_bytes = std::size_t{4} << 20;
+constexpr std::size_t max_picture_bytes = std::size_t{4} << 20;
 
 /// What a viewer asks for: a view within its image, and pictures a second.
 struct Wish {
@@ -32,9 +32,9 @@ struct Share {
 };
 
 /// Gives all viewers what they ask for if that is not too much; else those that take most get fewer pictures,
-/// down to `least_hz`, below that JPEGs if they take any encoding, and below that larger bins.
+/// down to `min_hz`, below that JPEGs if they take any encoding, and below that larger bins.
 [[nodiscard]] std::vector<Share> shared_out(std::span<const Wish> wishes, double bytes_per_s);
-constexpr double least_hz = 2;
+constexpr double min_hz = 2;
 
 /// Limits events, or bytes, to a rate, with some tolerance for their times.
 class Pace {

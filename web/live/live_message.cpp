@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t most_token_bytes = 256;
+constexpr std::size_t max_token_bytes = 256;
 
 [[noreturn]] void refuse_message(std::string_view why) {
     throw InputError(std::string(why));
@@ -45,13 +45,13 @@ ViewRequest requested_view(const Json& json) {
     if (!camera) refuse_message("view: camera: the id of a camera, as \"4711-0\"");
     out.camera = *camera;
     View& view = out.view;
-    view.x = number_of(json, "x", View::most_side, 0);
-    view.y = number_of(json, "y", View::most_side, 0);
-    view.width = number_of(json, "w", View::most_side, 0);
-    view.height = number_of(json, "h", View::most_side, 0);
-    view.bin = number_of(json, "bin", View::most_bin, 1);
+    view.x = number_of(json, "x", View::max_side, 0);
+    view.y = number_of(json, "y", View::max_side, 0);
+    view.width = number_of(json, "w", View::max_side, 0);
+    view.height = number_of(json, "h", View::max_side, 0);
+    view.bin = number_of(json, "bin", View::max_bin, 1);
     if (view.bin == 0 || (view.bin & (view.bin - 1)) != 0)
-        refuse_message(fmt::format("view: bin: a power of two from 1 to {}", View::most_bin));
+        refuse_message(fmt::format("view: bin: a power of two from 1 to {}", View::max_bin));
     if (json.contains("reduce")) {
         const std::optional<Reduce> reduce = enum_named<Reduce>(text("reduce"));
         if (!reduce) refuse_message("view: reduce: max or mean");
@@ -64,8 +64,9 @@ ViewRequest requested_view(const Json& json) {
     }
     if (const auto hz = json.find("max_hz"); hz != json.end()) {
         // Not a number fails, too.
-        if (!hz->is_number() || !(hz->get<double>() >= 0.1 && hz->get<double>() <= ViewRequest::most_hz))
-            refuse_message(fmt::format("view: max_hz: a number from 0.1 to {}", ViewRequest::most_hz));
+        if (!hz->is_number() ||
+            !(hz->get<double>() >= 0.1 && hz->get<double>() <= ViewRequest::max_request_hz))
+            refuse_message(fmt::format("view: max_hz: a number from 0.1 to {}", ViewRequest::max_request_hz));
         out.max_hz = hz->get<double>();
     }
     return out;
@@ -95,8 +96,8 @@ ViewerMessage viewer_message_of(std::string_view text) {
     const std::string& kind = json.begin().key();
     const Json& value = json.begin().value();
     if (kind == "token") {
-        if (!value.is_string() || value.get_ref<const std::string&>().size() > most_token_bytes)
-            refuse_message(fmt::format("token: a text of at most {} bytes", most_token_bytes));
+        if (!value.is_string() || value.get_ref<const std::string&>().size() > max_token_bytes)
+            refuse_message(fmt::format("token: a text of at most {} bytes", max_token_bytes));
         message.token = value.get<std::string>();
     } else if (kind == "view") {
         message.view = requested_view(value);

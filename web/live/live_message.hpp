@@ -27,13 +27,13 @@ struct CameraId {
 
 /// What a viewer wants to see.
 struct ViewRequest {
-    static constexpr double most_hz = 60;
+    static constexpr double max_request_hz = 60;
 
     CameraId camera;
     View view;
     double max_hz = 10;
     PictureEncoding encoding = PictureEncoding::u16;
-    std::uint32_t most_side = 0; ///< largest number of columns and rows, for which bins grow; 0: any
+    std::uint32_t max_side = 0; ///< largest number of columns and rows, for which bins grow; 0: any
     bool histogram = true;
 };
 
@@ -45,7 +45,7 @@ struct ViewerMessage {
 };
 
 /// Largest message of a viewer, bytes.
-constexpr std::size_t most_viewer_bytes = 4096;
+constexpr std::size_t max_viewer_bytes = 4096;
 /// Throws InputError with one line that tells what is allowed.
 [[nodiscard]] ViewerMessage viewer_message_of(std::string_view json);
 

@@ -28,7 +28,7 @@ constexpr auto active = 3s;
 constexpr auto share_period = 500ms;
 constexpr auto histogram_period = 500ms;
 /// Rings are looked at so often, should an event get lost.
-constexpr auto longest_wait = 250ms;
+constexpr auto max_wait = 250ms;
 constexpr double seconds_at_once = 0.5; ///< of the budget
 
 FileDescriptor new_wake() {
@@ -52,8 +52,8 @@ std::uint64_t wanted_between(double hz, std::chrono::steady_clock::duration span
 }
 
 bool is_shown(const transports::FrameRingHeader& frame) {
-    return frame.width > 0 && frame.height > 0 && frame.width <= View::most_side &&
-           frame.height <= View::most_side;
+    return frame.width > 0 && frame.height > 0 && frame.width <= View::max_side &&
+           frame.height <= View::max_side;
 }
 
 } // namespace
@@ -173,7 +173,7 @@ void LivePictures::work() {
     std::unique_lock lock(mutex_);
     while (!stopping_) {
         const auto now = Clock::now();
-        auto next = now + longest_wait;
+        auto next = now + max_wait;
         std::vector<Due> pictures = due(now, next);
         if (pictures.empty())
             wait(lock, next);
@@ -218,9 +218,9 @@ void LivePictures::share(Clock::time_point now) {
         of.push_back(&viewer);
         View view = clipped(viewer.request->view, camera->second->width, camera->second->height);
         const PictureEncoding encoding = viewer.request->encoding;
-        const std::size_t side = viewer.request->most_side != 0 ? viewer.request->most_side : most_jpeg_side;
+        const std::size_t side = viewer.request->max_side != 0 ? viewer.request->max_side : max_jpeg_side;
         if (encoding != PictureEncoding::u16)
-            while (std::max(view.columns(), view.rows()) > side && view.bin < View::most_bin)
+            while (std::max(view.columns(), view.rows()) > side && view.bin < View::max_bin)
                 view.bin *= 2;
         wishes.push_back({view, viewer.request->max_hz, encoding, viewer.jpeg_share});
     }

@@ -24,7 +24,7 @@ using ErrorCode = beast::error_code;
 constexpr std::chrono::seconds token_time{2};
 constexpr std::chrono::seconds handshake_time{2}, idle_time{30};
 /// Deliveries that wait to be written while further messages of the viewer are read.
-constexpr std::size_t most_waiting = 8;
+constexpr std::size_t max_waiting = 8;
 /// Send buffer in the kernel: pictures wait here, where a newer one can take their place.
 constexpr int send_bytes = 256 << 10;
 
@@ -59,7 +59,7 @@ public:
         socket_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
             response.set(http::field::sec_websocket_protocol, live_protocol);
         }));
-        socket_.read_message_max(most_viewer_bytes);
+        socket_.read_message_max(max_viewer_bytes);
         socket_.auto_fragment(false);
         timer_.expires_after(token_time);
         timer_.async_wait([self = shared_from_this()](ErrorCode error) {
@@ -98,7 +98,7 @@ private:
             }
             write({reason_text("error", error.what()), {}, nullptr});
         }
-        if (!ending_ && waiting_.size() < most_waiting) read();
+        if (!ending_ && waiting_.size() < max_waiting) read();
     }
 
     void act(const ViewerMessage& message) {
@@ -156,7 +156,7 @@ private:
                 self->write_next();
             else if (self->ending_)
                 self->close();
-            if (!self->reading_ && !self->ending_ && self->waiting_.size() < most_waiting) self->read();
+            if (!self->reading_ && !self->ending_ && self->waiting_.size() < max_waiting) self->read();
         };
         if (next.pixels) {
             socket_.binary(true);
@@ -179,7 +179,7 @@ private:
     const std::string address_;
     LiveServices& services_;
     const std::shared_ptr<void> keep_;
-    beast::flat_static_buffer<most_viewer_bytes> input_;
+    beast::flat_static_buffer<max_viewer_bytes> input_;
     std::optional<LivePictures::ViewerId> viewer_; ///< none: the token has not come
     std::deque<LiveDelivery> waiting_;             ///< the first one is being written
     bool reading_ = false, ending_ = false;

@@ -20,7 +20,7 @@ constexpr std::string_view live_path = "/api/v1/live", live_protocol = "obscura.
 
 /// What the viewers share; of the server's thread.
 struct LiveServices {
-    static constexpr std::size_t most_viewers = 24;
+    static constexpr std::size_t max_viewers = 24;
 
     std::shared_ptr<LivePictures> pictures;
     /// Why a client of that address may not look with that token; none: it may.

@@ -15,9 +15,9 @@ namespace {
 using transports::FrameRingReader;
 
 /// Processes whose run is remembered while no daemon of that number answers.
-constexpr std::size_t most_runs = 64;
+constexpr std::size_t max_runs = 64;
 /// Looks at the daemons without that of a camera until it has gone.
-constexpr int most_missed = 2;
+constexpr int max_missed = 2;
 
 } // namespace
 
@@ -97,14 +97,14 @@ void LivePictures::visited(std::span<const std::int64_t> pids) {
     for (const auto& [id, camera] : cameras_) {
         const bool there = std::find(pids.begin(), pids.end(), id.pid) != pids.end();
         camera->missed = there ? 0 : camera->missed + 1;
-        if (camera->missed >= most_missed) missing.push_back(id);
+        if (camera->missed >= max_missed) missing.push_back(id);
         if (!is_seen(id)) unseen.push_back(id);
     }
     for (const CameraId& id : missing)
         gone(id, "no daemon of this process answers");
     for (const CameraId& id : unseen)
         cameras_.erase(id);
-    if (runs_.size() > most_runs)
+    if (runs_.size() > max_runs)
         std::erase_if(runs_, [&pids](const auto& run) {
             return std::find(pids.begin(), pids.end(), run.first) == pids.end();
         });

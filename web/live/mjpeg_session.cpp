@@ -22,8 +22,8 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using ErrorCode = beast::error_code;
 
-constexpr double most_hz = 5;
-constexpr std::uint32_t most_side = 512;
+constexpr double max_player_hz = 5;
+constexpr std::uint32_t max_side = 512;
 constexpr std::chrono::seconds write_time{10};
 
 /// One player, kept alive by its pending operations.
@@ -50,9 +50,9 @@ public:
             });
         ViewRequest request;
         request.camera = camera;
-        request.max_hz = most_hz;
+        request.max_hz = max_player_hz;
         request.encoding = PictureEncoding::jpeg;
-        request.most_side = most_side;
+        request.max_side = max_side;
         request.histogram = false;
         services_.pictures->view(*viewer_, request);
         wait_for_end();

@@ -35,8 +35,8 @@ constexpr auto enum_names(PictureEncoding /*type*/) {
 /// Pixels [x, x + width) x [y, y + height) of an image, bin x bin of them to one; bins at the right and the
 /// lower edge may have fewer.
 struct View {
-    static constexpr std::uint32_t most_bin = 64; ///< a power of two, as all bins
-    static constexpr std::uint32_t most_side = 65535;
+    static constexpr std::uint32_t max_bin = 64; ///< a power of two, as all bins
+    static constexpr std::uint32_t max_side = 65535;
 
     std::uint32_t x = 0, y = 0, width = 0, height = 0; ///< width or height 0: up to the image's edge
     std::uint32_t bin = 1;

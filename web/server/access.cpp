@@ -117,7 +117,7 @@ std::string password_of_basic(std::string_view authorization) {
 }
 
 void WrongTokens::note(const std::string& address, Clock::time_point now) {
-    if (!times_.contains(address) && times_.size() >= most_addresses)
+    if (!times_.contains(address) && times_.size() >= max_addresses)
         times_.erase(std::min_element(times_.begin(), times_.end(), [](const auto& a, const auto& b) {
             return a.second.back() < b.second.back();
         }));

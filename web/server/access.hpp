@@ -67,7 +67,7 @@ public:
     static constexpr std::size_t most = 5;
     static constexpr std::chrono::seconds window{60};
     /// Addresses that are kept; of more the oldest go.
-    static constexpr std::size_t most_addresses = 1024;
+    static constexpr std::size_t max_addresses = 1024;
 
     void note(const std::string& address, Clock::time_point now);
     [[nodiscard]] bool too_many(const std::string& address, Clock::time_point now) const;

@@ -13,18 +13,18 @@ namespace http = boost::beast::http;
 
 class Writing : public std::enable_shared_from_this<Writing> {
 public:
-    Writing(Stream& stream, std::shared_ptr<Answer> answer, std::chrono::milliseconds patience,
+    Writing(Stream& stream, std::shared_ptr<Answer> answer, std::chrono::milliseconds timeout,
             std::function<void(Stream::ErrorCode, std::size_t)> done)
         : stream_(stream),
           answer_(std::move(answer)),
-          patience_(patience),
+          timeout_(timeout),
           done_(std::move(done)),
           serializer_(*answer_) {
         serializer_.limit(part_bytes);
     }
 
     void write_head() {
-        stream_.next_layer().expires_after(patience_);
+        stream_.next_layer().expires_after(timeout_);
         http::async_write_header(stream_, serializer_,
                                  [self = shared_from_this()](Stream::ErrorCode error, std::size_t bytes) {
                                      self->done_(error, bytes);
@@ -32,7 +32,7 @@ public:
     }
 
     void write_next() {
-        stream_.next_layer().expires_after(patience_);
+        stream_.next_layer().expires_after(timeout_);
         http::async_write_some(stream_, serializer_,
                                [self = shared_from_this()](Stream::ErrorCode error, std::size_t bytes) {
                                    self->sent_ += bytes;
@@ -46,7 +46,7 @@ public:
 private:
     Stream& stream_;
     const std::shared_ptr<Answer> answer_;
-    const std::chrono::milliseconds patience_;
+    const std::chrono::milliseconds timeout_;
     const std::function<void(Stream::ErrorCode, std::size_t)> done_;
     http::response_serializer<http::string_body> serializer_;
     std::size_t sent_ = 0;
@@ -55,9 +55,9 @@ private:
 } // namespace
 
 void write_answer(Stream& stream, std::shared_ptr<Answer> answer, bool head,
-                  std::chrono::milliseconds patience,
+                  std::chrono::milliseconds timeout,
                   std::function<void(Stream::ErrorCode, std::size_t)> done) {
-    const auto writing = std::make_shared<Writing>(stream, std::move(answer), patience, std::move(done));
+    const auto writing = std::make_shared<Writing>(stream, std::move(answer), timeout, std::move(done));
     if (head)
         writing->write_head();
     else

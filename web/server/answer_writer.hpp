@@ -19,11 +19,11 @@ constexpr std::size_t part_bytes = std::size_t{64} << 10;
 
 using Answer = boost::beast::http::response<boost::beast::http::string_body>;
 
-/// `head`: without the body. A client that does not take a part within `patience` loses the connection;
+/// `head`: without the body. A client that does not take a part within `timeout` loses the connection;
 /// however slow it is otherwise, it gets all of a large file. `done` is called once, with the bytes that were
 /// sent; `stream` lives until then.
 void write_answer(Stream& stream, std::shared_ptr<Answer> answer, bool head,
-                  std::chrono::milliseconds patience,
+                  std::chrono::milliseconds timeout,
                   std::function<void(Stream::ErrorCode, std::size_t)> done);
 
 } // namespace obscura::web

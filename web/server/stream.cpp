@@ -28,8 +28,8 @@ using tcp = asio::ip::tcp;
 using ErrorCode = beast::error_code;
 
 /// For the handshake, and for the farewell.
-constexpr std::chrono::seconds tls_handshake_time{5}, farewell_time{1};
-constexpr std::size_t farewell_bytes = std::size_t{1} << 20;
+constexpr std::chrono::seconds tls_handshake_time{5}, linger_timeout{1};
+constexpr std::size_t max_drained_bytes = std::size_t{1} << 20;
 
 constexpr std::string_view not_tls =
     "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n"
@@ -91,7 +91,7 @@ struct Stream::Farewell : std::enable_shared_from_this<Farewell> {
     const std::shared_ptr<Layers> layers;
     const std::function<void()> done;
     std::array<char, 16384> dropped{};
-    std::size_t left = farewell_bytes;
+    std::size_t left = max_drained_bytes;
 };
 
 /// TCP alone.
@@ -100,7 +100,7 @@ struct Stream::Plain final : Layers {
     beast::tcp_stream& tcp() noexcept override { return stream; }
     void start(std::function<void(ErrorCode)> done) override { done({}); }
     void end(std::shared_ptr<Layers> self, std::function<void()> done) override {
-        stream.expires_after(farewell_time);
+        stream.expires_after(linger_timeout);
         std::make_shared<Farewell>(std::move(self), std::move(done))->begin();
     }
     void read(const List<asio::mutable_buffer>& buffers, Handler handler) override {
@@ -145,7 +145,7 @@ struct Stream::Secure final : Layers {
                           });
     }
     void end(std::shared_ptr<Layers> self, std::function<void()> done) override {
-        tcp().expires_after(farewell_time);
+        tcp().expires_after(linger_timeout);
         const auto last = std::make_shared<Farewell>(std::move(self), std::move(done));
         // Ends with an error where the client has sent more: that is below TLS then, and read there.
         stream.async_shutdown([last](ErrorCode) { last->begin(); });

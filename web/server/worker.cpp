@@ -24,12 +24,12 @@ bool Worker::take(Job job, Done done) {
         const std::lock_guard lock(mutex_);
         auto lane = lanes_.find(job.lane);
         if (lane == lanes_.end()) {
-            if (lanes_.size() >= most_lanes && !(idle = take_idle())) return false;
+            if (lanes_.size() >= max_lanes && !(idle = take_idle())) return false;
             lane = lanes_.emplace(job.lane, std::make_unique<Lane>()).first;
             lane->second->thread = std::thread([this, own = lane->second.get()] { work(*own); });
         }
         std::size_t& jobs = lane->second->in_queue[static_cast<std::size_t>(job.queue)];
-        if (jobs >= most_jobs) return false;
+        if (jobs >= max_jobs) return false;
         ++jobs;
         lane->second->items.push_back({std::move(job), std::move(done)});
     }

@@ -21,9 +21,9 @@ namespace obscura::web {
 class Worker {
 public:
     /// Jobs of one queue of one lane that are in progress or wait.
-    static constexpr std::size_t most_jobs = 4;
+    static constexpr std::size_t max_jobs = 4;
     /// Lanes at a time. One without jobs makes room for another.
-    static constexpr std::size_t most_lanes = 16;
+    static constexpr std::size_t max_lanes = 16;
     using Done = std::function<void(Response)>;
 
     Worker() = default;

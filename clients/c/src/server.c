@@ -19,7 +19,7 @@
 extern char** environ;
 
 /** Time that a server has to end once its standard input has. */
-static const double farewell_s = 5;
+static const double stop_timeout_s = 5;
 
 /** Whether the process has ended, waiting for it until then. */
 static int ended(pid_t process, double until_s) {
@@ -33,11 +33,11 @@ static int ended(pid_t process, double until_s) {
 
 void oc_server_end(oc_server* server, char* complaint, size_t bytes) {
     oc_close(&server->input);
-    if (server->process != 0 && !ended(server->process, oc_now_s() + farewell_s)) {
+    if (server->process != 0 && !ended(server->process, oc_now_s() + stop_timeout_s)) {
         kill(server->process, SIGTERM);
-        if (!ended(server->process, oc_now_s() + farewell_s)) {
+        if (!ended(server->process, oc_now_s() + stop_timeout_s)) {
             kill(server->process, SIGKILL);
-            (void)ended(server->process, oc_now_s() + farewell_s);
+            (void)ended(server->process, oc_now_s() + stop_timeout_s);
         }
     }
     server->process = 0;

@@ -21,7 +21,7 @@ std::string help_of(const std::string& name) {
 
 void add_connection_calls(Handlers& handlers) {
     handlers["close"] = handlers["closeViewer"] = [](Request&) {};
-    handlers["version"] = [](Request& r) { r.reply.set("version", "Obscura " + r.door.version()); };
+    handlers["version"] = [](Request& r) { r.reply.set("version", "Obscura " + r.client_state.version()); };
     handlers["help"] = [](Request& r) { r.reply.set("help", help_of(r.arguments.text("function_name"))); };
     handlers["printAPI"] = [](Request& r) {
         std::string text;
@@ -30,14 +30,14 @@ void add_connection_calls(Handlers& handlers) {
         r.reply.set("api", std::move(text));
     };
     handlers["setCompressionLevel"] = [](Request& r) {
-        r.door.rendering.compression =
+        r.client_state.rendering.compression =
             static_cast<std::int32_t>(r.arguments.integer("compression_level", 0, 9));
     };
     handlers["setMetadata"] = [](Request& r) {
-        r.door.metadata.set(r.arguments.text("name"), r.arguments.value("value"));
+        r.client_state.metadata.set(r.arguments.text("name"), r.arguments.value("value"));
     };
-    handlers["getMetadata"] = [](Request& r) { r.reply.set("metadata", r.door.metadata.all()); };
-    handlers["clearMetadata"] = [](Request& r) { r.door.metadata.clear(); };
+    handlers["getMetadata"] = [](Request& r) { r.reply.set("metadata", r.client_state.metadata.all()); };
+    handlers["clearMetadata"] = [](Request& r) { r.client_state.metadata.clear(); };
 }
 
 } // namespace obscura::serve::compatible

@@ -42,7 +42,7 @@ double required(const DemFile& dem, std::string_view key) {
 std::filesystem::path height_map(const Request& r, const std::filesystem::path& model,
                                  const std::string& name) {
     const std::filesystem::path beside = model.parent_path() / name;
-    return r.door.files.existing(std::filesystem::exists(beside) ? beside.string() : name);
+    return r.client_state.files.existing(std::filesystem::exists(beside) ? beside.string() : name);
 }
 
 /// Table [[body.height]]; null: the model has no height map.
@@ -80,10 +80,10 @@ struct ModelFile {
 
 ModelFile read_model(Request& r) {
     const std::string& name = r.arguments.text("conemap_filename");
-    const auto path = r.door.files.find(name);
+    const auto path = r.client_state.files.find(name);
     if (path) return {*path, DemFile::read(*path)};
     auto instead = stand_in_dem(name);
-    if (!instead) return {r.door.files.existing(name), DemFile()};
+    if (!instead) return {r.client_state.files.existing(name), DemFile()};
     r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: its reference surface instead",
                              r.command.name, name));
     return {{}, std::move(*instead)};
@@ -94,12 +94,12 @@ void add_body(Request& r, json keys, json maps) {
     const std::string& name = r.arguments.text("object_name");
     if (name == "camera" || name == "sun")
         throw r.arguments.refused("object_name", "is no body", "another name");
-    keys.update(model_of(r, r.door.reflections, "brdf_name").keys);
+    keys.update(model_of(r, r.client_state.reflections, "brdf_name").keys);
     if (!maps.is_null()) keys["albedo"] = std::move(maps);
     Object body;
-    if (const Object* const before = r.door.find(name)) body.placement = before->placement;
+    if (const Object* const before = r.client_state.find(name)) body.placement = before->placement;
     body.keys = std::move(keys);
-    put(r.door.objects, r.arguments, "object_name", std::move(body));
+    put(r.client_state.objects, r.arguments, "object_name", std::move(body));
 }
 
 std::string texture_of(Request& r) {

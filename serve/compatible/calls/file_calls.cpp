@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of files: folders, and what the client sends.
 #include "serve/compatible/client_files.hpp"
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/packed_bytes.hpp"
 #include "service/failure.hpp"
@@ -20,20 +20,20 @@ namespace {
 using service::compatible::Fields;
 
 /// Largest part of a file: the client sends 1 MiB at a time.
-constexpr std::size_t most_bytes = std::size_t{64} << 20;
+constexpr std::size_t max_bytes = std::size_t{64} << 20;
 
-void send_file(Door& door, const Arguments& arguments) {
+void send_file(ClientState& client_state, const Arguments& arguments) {
     const std::string& sent = arguments.bytes("data");
     const auto offset = static_cast<std::uint64_t>(
         arguments.integer("offset", 0, std::numeric_limits<std::int32_t>::max() * std::int64_t{1} << 20));
-    door.files.receive(arguments.text("filename"),
-                       arguments.flag("compressed") ? inflate_packed(sent, most_bytes) : sent, offset,
-                       arguments.flag("append"));
+    client_state.files.receive(arguments.text("filename"),
+                               arguments.flag("compressed") ? inflate_packed(sent, max_bytes) : sent, offset,
+                               arguments.flag("append"));
 }
 
 /// Asks for the files whose content is not here: under the names that the client has offered, which it opens
 /// in the folder that it has named.
-void synchronise(Door& door, const Arguments& arguments, Reply& reply) {
+void synchronise(ClientState& client_state, const Arguments& arguments, Reply& reply) {
     const List& files = *arguments.value("files").as<List>();
     const List* targets = arguments.has("targets") ? arguments.value("targets").as<List>() : nullptr;
     if (targets != nullptr && targets->size() != files.size()) {
@@ -42,7 +42,7 @@ void synchronise(Door& door, const Arguments& arguments, Reply& reply) {
         targets = nullptr;
     }
     const std::string& folder = arguments.text("dirname");
-    door.files.synchronise(folder);
+    client_state.files.synchronise(folder);
     List wanted;
     for (std::size_t i = 0; i < files.size(); ++i) {
         const List* const row = files[i].as<List>();
@@ -56,7 +56,7 @@ void synchronise(Door& door, const Arguments& arguments, Reply& reply) {
         };
         const std::string name = text(0);
         const std::string* const target = targets != nullptr ? (*targets)[i].as<std::string>() : nullptr;
-        if (door.files.has(target != nullptr ? *target : name, text(1))) continue;
+        if (client_state.files.has(target != nullptr ? *target : name, text(1))) continue;
         Fields ask{
             {"requested_file", name},
             {"dirname", name.starts_with('/') ? std::string() : folder},
@@ -70,17 +70,17 @@ void synchronise(Door& door, const Arguments& arguments, Reply& reply) {
 } // namespace
 
 void add_file_calls(Handlers& handlers) {
-    handlers["cd"] = [](Request& r) { r.door.files.change_folder(r.arguments.text("path")); };
-    handlers["pwd"] = [](Request& r) { r.reply.set("path", r.door.files.folder()); };
-    handlers["ls"] = [](Request& r) { r.reply.set("listing", r.door.files.listing()); };
+    handlers["cd"] = [](Request& r) { r.client_state.files.change_folder(r.arguments.text("path")); };
+    handlers["pwd"] = [](Request& r) { r.reply.set("path", r.client_state.files.folder()); };
+    handlers["ls"] = [](Request& r) { r.reply.set("listing", r.client_state.files.listing()); };
     handlers["setRessourcePath"] = [](Request& r) {
-        r.door.files.set_resource_path(r.arguments.text("ressource_path"));
+        r.client_state.files.set_resource_path(r.arguments.text("ressource_path"));
     };
     handlers["getRessourcePath"] = [](Request& r) {
-        r.reply.set("ressource_path", r.door.files.resource_path());
+        r.reply.set("ressource_path", r.client_state.files.resource_path());
     };
-    handlers["sendFile"] = [](Request& r) { send_file(r.door, r.arguments); };
-    handlers["syncDir"] = [](Request& r) { synchronise(r.door, r.arguments, r.reply); };
+    handlers["sendFile"] = [](Request& r) { send_file(r.client_state, r.arguments); };
+    handlers["syncDir"] = [](Request& r) { synchronise(r.client_state, r.arguments, r.reply); };
 }
 
 } // namespace obscura::serve::compatible

@@ -33,12 +33,12 @@ void load_projection(Request& r) {
     for (std::size_t i = 0; i < names.size(); ++i)
         lens.distortion[i] = parameters.number(names[i], 0, -1e6, 1e6);
     parameters.check_rest();
-    const double half_rad = std::max(r.door.camera.fov_x_rad, r.door.camera.fov_y_rad) / 2;
-    if (half_rad >= lens.most_angle_rad())
+    const double half_rad = std::max(r.client_state.camera.fov_x_rad, r.client_state.camera.fov_y_rad) / 2;
+    if (half_rad >= lens.max_angle_rad())
         throw r.arguments.refused("filename",
                                   fmt::format("the field of view of {} rad is too wide for it", 2 * half_rad),
-                                  fmt::format("less than {} rad", 2 * lens.most_angle_rad()));
-    r.door.camera.lens = lens;
+                                  fmt::format("less than {} rad", 2 * lens.max_angle_rad()));
+    r.client_state.camera.lens = lens;
 }
 
 void set_focus(Request& r) {
@@ -46,20 +46,20 @@ void set_focus(Request& r) {
     const double focus_m = std::abs(r.arguments.number("focus_plane_Z", -1e12, 1e12));
     const double radius_m = r.arguments.number("pupil_radius", 0, 100);
     const bool sharp = focus_m == 0 || radius_m == 0;
-    r.door.camera.focus_m = sharp ? 0 : focus_m;
-    r.door.camera.pupil_radius_m = sharp ? 0 : radius_m;
+    r.client_state.camera.focus_m = sharp ? 0 : focus_m;
+    r.client_state.camera.pupil_radius_m = sharp ? 0 : radius_m;
 }
 
 void load_motion(Request& r) {
     const std::string& file = r.arguments.text("filename");
     Parameters parameters(r);
     parameters.check_rest();
-    if (file.empty()) return r.door.camera.motion.clear();
+    if (file.empty()) return r.client_state.camera.motion.clear();
     if (!file.ends_with(".csv"))
         throw r.arguments.refused(
             "filename", fmt::format("\"{}\": model files are not read", config::printable(file, 60)),
             fmt::format("a table .csv of {}", scene::trajectory_columns));
-    r.door.camera.motion = scene::read_trajectory(r.door.files.existing(file)).samples;
+    r.client_state.camera.motion = scene::read_trajectory(r.client_state.files.existing(file)).samples;
 }
 
 void load_time_sampling(Request& r) {
@@ -75,13 +75,13 @@ void load_time_sampling(Request& r) {
                                               config::printable(file, 60)),
                                   "global_shutter, rolling_shutter, with any ending");
     parameters.check_rest();
-    r.door.camera.line_s = line_s;
+    r.client_state.camera.line_s = line_s;
 }
 
 void load_spectrum(Request& r) {
     const std::string& file = r.arguments.text("filename");
     if (file.empty()) {
-        r.door.bands = usual_bands;
+        r.client_state.bands = usual_bands;
         return;
     }
     if (model_name(file) != "bands")
@@ -104,7 +104,7 @@ void load_spectrum(Request& r) {
                                       "200e-9 to 4000e-9 m, at least 1e-9 m wide");
     }
     parameters.check_rest();
-    r.door.bands = bands;
+    r.client_state.bands = bands;
 }
 
 } // namespace

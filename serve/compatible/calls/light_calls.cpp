@@ -46,7 +46,7 @@ void create_light(Request& r) {
     Object light;
     light.kind = Object::Kind::light;
     light.placement.attitude = {0, 1, 0, 0}; // along -z, as the camera at the start
-    if (const Object* const before = r.door.find(name)) light.placement = before->placement;
+    if (const Object* const before = r.client_state.find(name)) light.placement = before->placement;
     constexpr double flat = 8;
     double beam = 0;
     if (exponent > 0 && exponent < flat) {
@@ -66,30 +66,32 @@ void create_light(Request& r) {
     }
     for (const double w : power_w)
         light.keys["intensity_w_sr"].push_back(w / beam);
-    put(r.door.objects, r.arguments, "light_name", std::move(light));
+    put(r.client_state.objects, r.arguments, "light_name", std::move(light));
 }
 
 } // namespace
 
 void add_light_calls(Handlers& handlers) {
     // Power of irradiances up to 1e8 W/m2 at 1 au.
-    constexpr double most_w_sr = 1e8 * au_m * au_m;
-    handlers["setSunPower"] = [](Request& r) { r.door.sun_power_w_sr = light_of(r, "sun_color", most_w_sr); };
+    constexpr double max_w_sr = 1e8 * au_m * au_m;
+    handlers["setSunPower"] = [](Request& r) {
+        r.client_state.sun_power_w_sr = light_of(r, "sun_color", max_w_sr);
+    };
     handlers["setSunPowerAtDistance"] = [](Request& r) {
         const double distance_m = r.arguments.number("distance", 1, 1e15);
-        Channels power = light_of(r, "sun_color", most_w_sr / (distance_m * distance_m));
+        Channels power = light_of(r, "sun_color", max_w_sr / (distance_m * distance_m));
         for (double& w : power)
             w *= distance_m * distance_m;
-        r.door.sun_power_w_sr = power;
+        r.client_state.sun_power_w_sr = power;
     };
     handlers["getSunPower"] = [](Request& r) {
-        const Channels& power = r.door.sun_power_w_sr;
+        const Channels& power = r.client_state.sun_power_w_sr;
         r.reply.set("sun_power", List(power.begin(), power.end()));
     };
     handlers["createLight"] = create_light;
     handlers["setStarThreshold"] = [](Request& r) {
-        r.door.background.threshold_w_m2 = r.arguments.number("threshold", 0, 1e10);
-        write_stars(r.door);
+        r.client_state.background.threshold_w_m2 = r.arguments.number("threshold", 0, 1e10);
+        write_stars(r.client_state);
     };
     handlers["setBackground"] = [](Request& r) { set_background(r); };
 }

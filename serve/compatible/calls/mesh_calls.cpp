@@ -17,7 +17,7 @@
 namespace obscura::serve::compatible {
 namespace {
 
-constexpr std::size_t most_triangles = 20'000'000;
+constexpr std::size_t max_triangles = 20'000'000;
 constexpr double max_mesh_distance_m = 1e15;
 
 /// Vectors of `count` finite numbers; a single one stands for a list of one.
@@ -71,8 +71,8 @@ std::vector<MeshPlace> places_of(Request& r) {
         const double scale = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
         if (!(scale > 0))
             throw r.arguments.refused("attitudes", fmt::format("row {} is of length 0", i), "a rotation");
-        places.push_back({r.door.files.existing(names[i]), vec3_of(positions[i]),
-                          attitude_of(q, Object::Kind::body, r.door.conventions), scale});
+        places.push_back({r.client_state.files.existing(names[i]), vec3_of(positions[i]),
+                          attitude_of(q, Object::Kind::body, r.client_state.conventions), scale});
     }
     return places;
 }
@@ -82,15 +82,15 @@ void add_merged(Request& r, MeshMerger& merger, const std::vector<MeshPlace>& pl
     if (name == "camera" || name == "sun")
         throw r.arguments.refused("object_name", "is no body", "another name");
     Object body;
-    if (const Object* const before = r.door.find(name)) {
+    if (const Object* const before = r.client_state.find(name)) {
         body.placement = before->placement;
-        r.door.own.remove(before->keys.value("file", ""));
+        r.client_state.own.remove(before->keys.value("file", ""));
     }
     body.keys = {{"shape", "mesh"},
-                 {"file", r.door.own.write(".obj", merger.obj(places, most_triangles))},
+                 {"file", r.client_state.own.write(".obj", merger.obj(places, max_triangles))},
                  {"material", "lambert"},
                  {"albedo", 1.0}};
-    put(r.door.objects, r.arguments, "object_name", std::move(body));
+    put(r.client_state.objects, r.arguments, "object_name", std::move(body));
 }
 
 /// Moves each mesh along the line through its place and the centre, which is a direction if its last number
@@ -108,7 +108,7 @@ void project(Request& r, MeshMerger& merger, std::vector<MeshPlace>& places) {
         rays.push_back({place.position_m, normalized(along)});
         rays.push_back({place.position_m, -normalized(along)});
     }
-    const std::vector<double> distances = r.door.intersect(rays, r.work);
+    const std::vector<double> distances = r.client_state.intersect(rays, r.work);
     std::size_t missed = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const Vec3 towards = rays[2 * i].direction;
@@ -127,14 +127,14 @@ void project(Request& r, MeshMerger& merger, std::vector<MeshPlace>& places) {
 }
 
 void save(Request& r) {
-    const Object& object = r.door.object(r.arguments.text("object_name"), r.command.name);
+    const Object& object = r.client_state.object(r.arguments.text("object_name"), r.command.name);
     if (object.keys.value("shape", "") != "mesh")
         throw r.arguments.refused("object_name", "is no mesh", "an object that was made of mesh files");
     MeshMerger merger;
     const std::string file = object.keys.at("file").get<std::string>();
     const std::string text =
-        merger.obj({{file, {}, {1, 0, 0, 0}, object.keys.value("metres_per_unit", 1.0)}}, most_triangles);
-    std::ofstream out(r.door.files.place_for(r.arguments.text("filename")), std::ios::binary);
+        merger.obj({{file, {}, {1, 0, 0, 0}, object.keys.value("metres_per_unit", 1.0)}}, max_triangles);
+    std::ofstream out(r.client_state.files.place_for(r.arguments.text("filename")), std::ios::binary);
     out << text;
     out.close();
     if (!out) throw r.arguments.refused("filename", "cannot be written", {});

@@ -85,13 +85,13 @@ void add_model_calls(Handlers& handlers) {
         Parameters parameters(r, "albedo");
         Model model{reflection_of(r, model_name(r.arguments.text("filename")), parameters)};
         parameters.check_rest();
-        put(r.door.reflections, r.arguments, "name", std::move(model));
+        put(r.client_state.reflections, r.arguments, "name", std::move(model));
     };
     handlers["createShape"] = [](Request& r) {
         Parameters parameters(r, "radius");
         Model model = shape_of(r, model_name(r.arguments.text("filename")), parameters);
         parameters.check_rest();
-        put(r.door.shapes, r.arguments, "name", std::move(model));
+        put(r.client_state.shapes, r.arguments, "name", std::move(model));
     };
 }
 

@@ -20,7 +20,7 @@ using service::compatible::Fields;
 constexpr double farthest_m = 1e15;
 
 Object& named(Request& r, std::string_view argument = "object_name") {
-    return r.door.object(r.arguments.text(argument), r.command.name);
+    return r.client_state.object(r.arguments.text(argument), r.command.name);
 }
 
 /// Adds the files of the textures diffuse, specular, emission, normal; missing and empty ones are white.
@@ -39,7 +39,8 @@ void add_textures(Request& r, Object& body) {
         names.push_back(*name);
     names.resize(texture_units);
     for (int unit = 0; unit < texture_units; ++unit)
-        if (const std::string& name = names[static_cast<std::size_t>(unit)]; r.door.textures.contains(name))
+        if (const std::string& name = names[static_cast<std::size_t>(unit)];
+            r.client_state.textures.contains(name))
             body.worn_textures[unit] = name;
     if (!names[1].empty()) r.reply.warn("createBody: textures: a specular texture has no effect");
     for (const auto& [index, key] : {std::pair{0, "albedo_texture"}, std::pair{3, "normal_texture"}})
@@ -56,12 +57,12 @@ void add_textures(Request& r, Object& body) {
 }
 
 void create_body(Request& r) {
-    const Model& shape = model_of(r, r.door.shapes, "shape_name");
-    const Model& reflection = model_of(r, r.door.reflections, "brdf_name");
+    const Model& shape = model_of(r, r.client_state.shapes, "shape_name");
+    const Model& reflection = model_of(r, r.client_state.reflections, "brdf_name");
     const std::string& name = r.arguments.text("body_name");
     if (name == "camera") throw r.arguments.refused("body_name", "the camera is no body", "another name");
     Object body;
-    const Object* const before = r.door.find(name);
+    const Object* const before = r.client_state.find(name);
     if (before != nullptr) body.placement = before->placement;
     if (name == "sun") {
         if (shape.radius_m < 1)
@@ -73,7 +74,7 @@ void create_body(Request& r) {
         body.keys.update(reflection.keys);
         add_textures(r, body);
     }
-    put(r.door.objects, r.arguments, "body_name", std::move(body));
+    put(r.client_state.objects, r.arguments, "body_name", std::move(body));
 }
 
 void create_mesh(Request& r) {
@@ -81,32 +82,32 @@ void create_mesh(Request& r) {
     const std::string& name = r.arguments.text("object_name");
     if (name == "camera" || name == "sun")
         throw r.arguments.refused("object_name", "is no body", "another name");
-    if (const Object* const before = r.door.find(name)) body.placement = before->placement;
+    if (const Object* const before = r.client_state.find(name)) body.placement = before->placement;
     const double scale = r.arguments.number("scale", 1e-9, 1e12);
     const std::string& model = r.arguments.text("model_name");
-    const auto file = r.door.files.find(model);
+    const auto file = r.client_state.files.find(model);
     if (const auto shape = file ? std::nullopt : stand_in_mesh(model)) {
         body.keys = *shape;
         r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: a body made of noise instead",
                                  r.command.name, model));
     } else {
         body.keys = {{"shape", "mesh"},
-                     {"file", (file ? *file : r.door.files.existing(model)).string()},
+                     {"file", (file ? *file : r.client_state.files.existing(model)).string()},
                      {"metres_per_unit", scale}};
     }
     body.keys["material"] = "lambert";
     body.keys["albedo"] = 1.0;
-    put(r.door.objects, r.arguments, "object_name", std::move(body));
+    put(r.client_state.objects, r.arguments, "object_name", std::move(body));
 }
 
 /// Keys of shapes stay, those of the material and its light are replaced.
 void set_reflection(Request& r) {
     Object& object = named(r);
-    const Model& reflection = model_of(r, r.door.reflections, "brdf");
+    const Model& reflection = model_of(r, r.client_state.reflections, "brdf");
     const std::string& element = r.arguments.text("element_name");
     if (object.kind != Object::Kind::body)
         throw r.arguments.refused("object_name", "is no body", "a body or a mesh");
-    if (r.door.find(element) != &object)
+    if (r.client_state.find(element) != &object)
         throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
     nlohmann::json kept = nlohmann::json::object();
     for (const char* key :
@@ -123,7 +124,7 @@ void set_reflection(Request& r) {
 /// Transforms a whole object, whose local transformation is the global one.
 void set_transform(Request& r) {
     Object& object = named(r);
-    if (r.door.find(r.arguments.text("element_name")) != &object)
+    if (r.client_state.find(r.arguments.text("element_name")) != &object)
         throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
     const auto refused = [&](const char* what) {
         return r.arguments.refused("matrix", what,
@@ -152,10 +153,10 @@ void set_transform(Request& r) {
     if (dot(cross(x, y), z) < 0) throw refused("is a reflection");
     if (m[3] != std::vector<double>{0, 0, 0, 1}) throw refused("has a last row other than 0, 0, 0, 1");
     const Quat q = from_matrix(turn);
-    const bool xyzw = r.door.conventions.quaternion == 0;
+    const bool xyzw = r.client_state.conventions.quaternion == 0;
     object.placement.attitude =
         attitude_of(xyzw ? std::vector{q.x, q.y, q.z, q.w} : std::vector{q.w, q.x, q.y, q.z}, object.kind,
-                    r.door.conventions);
+                    r.client_state.conventions);
     object.placement.position_m = {m[0][3], m[1][3], m[2][3]};
 }
 
@@ -187,27 +188,28 @@ const Model& model_of(Request& r, const std::map<std::string, Model>& all, std::
 }
 
 std::string texture_file(Request& r, const std::string& name) {
-    if (const auto named = r.door.textures.find(name); named != r.door.textures.end())
+    if (const auto named = r.client_state.textures.find(name); named != r.client_state.textures.end())
         return named->second.file;
-    if (const auto found = r.door.files.find(name)) return found->string();
-    if (!is_program_texture(name)) return r.door.files.existing(name).string();
+    if (const auto found = r.client_state.files.find(name)) return found->string();
+    if (!is_program_texture(name)) return r.client_state.files.existing(name).string();
     r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: white instead", r.command.name, name));
     return {};
 }
 
 void add_object_calls(Handlers& handlers) {
-    handlers["reset"] = [](Request& r) { r.door.reset(); };
+    handlers["reset"] = [](Request& r) { r.client_state.reset(); };
     handlers["createBody"] = create_body;
     handlers["createMesh"] = create_mesh;
     handlers["setObjectElementBRDF"] = set_reflection;
     handlers["exists"] = [](Request& r) {
-        r.reply.set("exists", r.door.find(r.arguments.text("object_name")) != nullptr);
+        r.reply.set("exists", r.client_state.find(r.arguments.text("object_name")) != nullptr);
     };
     handlers["setAlias"] = [](Request& r) {
         (void)named(r);
         const std::string& name = r.arguments.text("object_name");
-        const auto other = r.door.aliases.find(name);
-        put(r.door.aliases, r.arguments, "alias", other != r.door.aliases.end() ? other->second : name);
+        const auto other = r.client_state.aliases.find(name);
+        put(r.client_state.aliases, r.arguments, "alias",
+            other != r.client_state.aliases.end() ? other->second : name);
     };
     handlers["setObjectPosition"] = [](Request& r) {
         const std::vector<double> to = r.arguments.vector("pos", 3);
@@ -223,10 +225,10 @@ void add_object_calls(Handlers& handlers) {
         const std::vector<double> to = r.arguments.vector("attitude", 4);
         if (std::all_of(to.begin(), to.end(), [](double v) { return v == 0; }))
             throw r.arguments.refused("attitude", "is a quaternion of length 0", "a rotation");
-        object.placement.attitude = attitude_of(to, object.kind, r.door.conventions);
+        object.placement.attitude = attitude_of(to, object.kind, r.client_state.conventions);
     };
     handlers["getObjectAttitude"] = [](Request& r) {
-        r.reply.set("attitude", quaternion_of(named(r), r.door.conventions));
+        r.reply.set("attitude", quaternion_of(named(r), r.client_state.conventions));
     };
     handlers["setObjectElementTransform"] = set_transform;
     handlers["setObjectMotion"] = set_motion;
@@ -236,7 +238,7 @@ void add_object_calls(Handlers& handlers) {
     };
     handlers["printObjectStructure"] = [](Request& r) {
         r.reply.set("object_structure", r.arguments.text("object_name") + ": " +
-                                            r.door.files.without_folders(named(r).keys.dump(2)));
+                                            r.client_state.files.without_folders(named(r).keys.dump(2)));
     };
 }
 

@@ -15,22 +15,22 @@ namespace {
 /// The last picture, of which there is memory for a form with so many bytes a pixel. Throws Failure without
 /// one.
 const Picture& picture_of(Request& r, std::size_t pixel_bytes) {
-    if (!r.door.picture)
+    if (!r.client_state.picture)
         throw Failure(FailureCode::bad_argument,
                       fmt::format("{}: there is no picture; render makes one", r.command.name));
-    const std::size_t bytes = r.door.picture->pixels() * pixel_bytes;
-    r.reply.share = r.door.hold(bytes);
+    const std::size_t bytes = r.client_state.picture->pixels() * pixel_bytes;
+    r.reply.share = r.client_state.hold(bytes);
     require_memory(bytes, "picture");
-    return *r.door.picture;
+    return *r.client_state.picture;
 }
 
 void send(Request& r, std::int32_t width, std::int32_t height, std::string_view name, std::string data) {
     // Lengths of the protocol are of 32 bits, and clients take them for signed ones.
-    constexpr std::size_t most_bytes = (std::size_t{1} << 31) - 1;
-    const std::int32_t level = r.door.rendering.compression;
-    if (data.size() > most_bytes)
+    constexpr std::size_t max_bytes = (std::size_t{1} << 31) - 1;
+    const std::int32_t level = r.client_state.rendering.compression;
+    if (data.size() > max_bytes)
         throw Failure(FailureCode::too_large,
-                      fmt::format("{}: {} bytes, allowed {}", r.command.name, data.size(), most_bytes));
+                      fmt::format("{}: {} bytes, allowed {}", r.command.name, data.size(), max_bytes));
     r.reply.set("w", width);
     r.reply.set("h", height);
     r.reply.set("compressed", level > 0);
@@ -46,7 +46,7 @@ Handler image(Form form, std::size_t pixel_bytes) {
 }
 
 bool backward(const Request& r) {
-    return r.door.conventions.camera == 0;
+    return r.client_state.conventions.camera == 0;
 }
 
 void send_spectrum(Request& r) {
@@ -55,7 +55,7 @@ void send_spectrum(Request& r) {
     Channels weights{};
     std::copy(given.begin(), given.end(), weights.begin());
     std::string data = weighted_float(picture, weights);
-    if (r.door.rendering.compression > 0) data = byte_planes(data);
+    if (r.client_state.rendering.compression > 0) data = byte_planes(data);
     send(r, picture.width, picture.height, "image_data", std::move(data));
 }
 
@@ -91,7 +91,7 @@ void intersect(Request& r) {
     else
         for (const Value& row : *rows)
             rays.push_back(ray_of(r, row));
-    const std::vector<double> distances = r.door.intersect(rays, r.work);
+    const std::vector<double> distances = r.client_state.intersect(rays, r.work);
     r.reply.set("distance_to_hit", List(distances.begin(), distances.end()));
 }
 
@@ -105,14 +105,15 @@ void add_output_calls(Handlers& handlers) {
     handlers["getImageSpectrumProjection"] = send_spectrum;
     handlers["getDepthMap"] = [](Request& r) {
         (void)picture_of(r, sizeof(double));
-        r.door.find_surfaces(r.work);
-        send(r, r.door.picture->width, r.door.picture->height, "depth_data", depth_map(*r.door.picture));
+        r.client_state.find_surfaces(r.work);
+        send(r, r.client_state.picture->width, r.client_state.picture->height, "depth_data",
+             depth_map(*r.client_state.picture));
     };
     handlers["getNormalMap"] = [](Request& r) {
         (void)picture_of(r, 3 * sizeof(float));
-        r.door.find_surfaces(r.work);
-        send(r, r.door.picture->width, r.door.picture->height, "normal_data",
-             normal_map(*r.door.picture, backward(r)));
+        r.client_state.find_surfaces(r.work);
+        send(r, r.client_state.picture->width, r.client_state.picture->height, "normal_data",
+             normal_map(*r.client_state.picture, backward(r)));
     };
     handlers["getLOSMap"] = [](Request& r) {
         const Picture& p = picture_of(r, 3 * sizeof(float));

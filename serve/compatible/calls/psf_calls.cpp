@@ -42,8 +42,8 @@ std::string fits_of(const Psf& psf) {
 }
 
 /// Takes the function, whose file is made. Scene files want 3 values a side.
-void use(Door& door, Psf psf) {
-    const std::string before = door.camera.psf.file;
+void use(ClientState& client_state, Psf psf) {
+    const std::string before = client_state.camera.psf.file;
     if (psf.width > 0) {
         Psf padded = psf;
         padded.width = std::max(psf.width + 2, 3);
@@ -55,10 +55,10 @@ void use(Door& door, Psf psf) {
         for (std::int32_t row = 0; row < psf.height; ++row)
             std::copy_n(psf.weights.begin() + static_cast<std::ptrdiff_t>(row) * psf.width, psf.width,
                         padded.weights.begin() + static_cast<std::ptrdiff_t>(row + 1) * padded.width + 1);
-        psf.file = door.own.write(".fits", fits_of(padded));
+        psf.file = client_state.own.write(".fits", fits_of(padded));
     }
-    door.camera.psf = std::move(psf);
-    door.own.remove(before);
+    client_state.camera.psf = std::move(psf);
+    client_state.own.remove(before);
 }
 
 /// An image of weights among the arguments, named with a suffix: "", "_tail".
@@ -148,17 +148,17 @@ Psf gaussian(double sigma_px, double radius) {
 } // namespace
 
 void add_psf_calls(Handlers& handlers) {
-    handlers["setPSF"] = [](Request& r) { use(r.door, psf_of(r.arguments, "")); };
+    handlers["setPSF"] = [](Request& r) { use(r.client_state, psf_of(r.arguments, "")); };
     handlers["setPSFWithTail"] = [](Request& r) {
         const Psf core = psf_of(r.arguments, ""), tail = psf_of(r.arguments, "_tail");
         const double share = r.arguments.number("PSF_tail_coef", 0, 1);
         if (core.width == 0 || tail.width == 0)
-            use(r.door, core.width == 0 ? tail : core);
+            use(r.client_state, core.width == 0 ? tail : core);
         else
-            use(r.door, blended(core, tail, share));
+            use(r.client_state, blended(core, tail, share));
     };
     handlers["getPSF"] = [](Request& r) {
-        Psf psf = r.door.camera.psf;
+        Psf psf = r.client_state.camera.psf;
         if (psf.width == 0) psf = {1, 1, {1.0F}, 1, 1, {}}; // all light in one pixel
         r.reply.set("width", psf.width);
         r.reply.set("height", psf.height);
@@ -168,7 +168,7 @@ void add_psf_calls(Handlers& handlers) {
     };
     handlers["loadPSFModel"] = [](Request& r) {
         const std::string& name = r.arguments.text("filename");
-        if (name.empty()) return use(r.door, {});
+        if (name.empty()) return use(r.client_state, {});
         if (name != "gaussian.psf")
             throw r.arguments.refused(
                 "filename", fmt::format("\"{}\" is not known", config::printable(name, 60)), "gaussian.psf");
@@ -182,7 +182,7 @@ void add_psf_calls(Handlers& handlers) {
             if (!to_number(*value, *target) || !(*target > 0 && *target <= most))
                 throw r.arguments.refused("parameters", field, fmt::format("a number above 0 to {}", most));
         }
-        use(r.door, gaussian(sigma_px, radius));
+        use(r.client_state, gaussian(sigma_px, radius));
     };
 }
 

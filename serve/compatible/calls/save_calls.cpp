@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that save the last picture below the output folder.
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/picture_file.hpp"
 #include "service/failure.hpp"
@@ -13,19 +13,19 @@
 namespace obscura::serve::compatible {
 namespace {
 
-const Picture& saved_picture(const Door& door, std::string_view call) {
-    if (door.picture) return *door.picture;
+const Picture& saved_picture(const ClientState& client_state, std::string_view call) {
+    if (client_state.picture) return *client_state.picture;
     throw service::bad_argument("filename",
                                 std::string(call) + ": there is no picture yet, call render first");
 }
 
-PicturePlanes empty_planes(const Door& door, const Picture& picture) {
-    return {picture.width, picture.height, {}, door.rendering.irradiance ? "W m-2" : "W m-2 sr-1"};
+PicturePlanes empty_planes(const ClientState& client_state, const Picture& picture) {
+    return {picture.width, picture.height, {}, client_state.rendering.irradiance ? "W m-2" : "W m-2 sr-1"};
 }
 
 /// The first `count` channels.
-PicturePlanes channel_planes(const Door& door, const Picture& picture, std::size_t count) {
-    PicturePlanes made = empty_planes(door, picture);
+PicturePlanes channel_planes(const ClientState& client_state, const Picture& picture, std::size_t count) {
+    PicturePlanes made = empty_planes(client_state, picture);
     for (std::size_t k = 0; k < count; ++k) {
         const float* const begin = picture.values.data() + k * picture.pixels();
         made.planes.emplace_back(begin, begin + picture.pixels());
@@ -34,8 +34,9 @@ PicturePlanes channel_planes(const Door& door, const Picture& picture, std::size
 }
 
 /// Sum of the channels times weights.
-PicturePlanes weighted_plane(const Door& door, const Picture& picture, const Channels& weights) {
-    PicturePlanes made = empty_planes(door, picture);
+PicturePlanes weighted_plane(const ClientState& client_state, const Picture& picture,
+                             const Channels& weights) {
+    PicturePlanes made = empty_planes(client_state, picture);
     std::vector<float> sum(picture.pixels());
     for (std::size_t i = 0; i < sum.size(); ++i) {
         double value = 0;
@@ -58,8 +59,8 @@ Channels spectrum_of(const Arguments& arguments) {
 template<typename Make, typename Save>
 auto saving(std::string_view call, Make make, Save save) {
     return [=](Request& r) {
-        const std::filesystem::path place = r.door.files.place_for(r.arguments.text("filename"));
-        save(place, make(r.door, saved_picture(r.door, call), r.arguments), r.arguments);
+        const std::filesystem::path place = r.client_state.files.place_for(r.arguments.text("filename"));
+        save(place, make(r.client_state, saved_picture(r.client_state, call), r.arguments), r.arguments);
     };
 }
 
@@ -70,30 +71,32 @@ void add_save_calls(Handlers& handlers) {
                            const Arguments& /*arguments*/) { save_floats(file, planes); };
     const auto bytes = [](const std::filesystem::path& file, const PicturePlanes& planes,
                           const Arguments& /*arguments*/) { save_integers(file, planes, 8); };
-    const auto grays = [](const Door& door, const Picture& picture, const Arguments& /*arguments*/) {
-        return weighted_plane(door, picture, gray);
+    const auto grays = [](const ClientState& client_state, const Picture& picture,
+                          const Arguments& /*arguments*/) {
+        return weighted_plane(client_state, picture, gray);
     };
-    const auto projected = [](const Door& door, const Picture& picture, const Arguments& arguments) {
-        return weighted_plane(door, picture, spectrum_of(arguments));
+    const auto projected = [](const ClientState& client_state, const Picture& picture,
+                              const Arguments& arguments) {
+        return weighted_plane(client_state, picture, spectrum_of(arguments));
     };
     handlers["saveImage"] = saving(
         "saveImage",
-        [](const Door& door, const Picture& picture, const Arguments& /*arguments*/) {
-            return channel_planes(door, picture, channels);
+        [](const ClientState& client_state, const Picture& picture, const Arguments& /*arguments*/) {
+            return channel_planes(client_state, picture, channels);
         },
         floats);
     handlers["saveImageRGB8"] = saving(
         "saveImageRGB8",
-        [](const Door& door, const Picture& picture, const Arguments& /*arguments*/) {
-            return channel_planes(door, picture, 3);
+        [](const ClientState& client_state, const Picture& picture, const Arguments& /*arguments*/) {
+            return channel_planes(client_state, picture, 3);
         },
         bytes);
     handlers["saveImageGray32F"] = saving("saveImageGray32F", grays, floats);
     handlers["saveImageGray8"] = saving("saveImageGray8", grays, bytes);
     handlers["saveDepthMap"] = [](Request& r) {
-        const std::filesystem::path place = r.door.files.place_for(r.arguments.text("filename"));
-        const Picture& picture = saved_picture(r.door, r.command.name);
-        r.door.find_surfaces(r.work);
+        const std::filesystem::path place = r.client_state.files.place_for(r.arguments.text("filename"));
+        const Picture& picture = saved_picture(r.client_state, r.command.name);
+        r.client_state.find_surfaces(r.work);
         save_floats(place,
                     {picture.width, picture.height, {{picture.range_m.begin(), picture.range_m.end()}}, "m"});
     };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that take the state of a scene away and bring it back: places, light and camera, not the objects.
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "service/failure.hpp"
 
@@ -27,24 +27,24 @@ json json_of(const Vec3& v) {
 }
 
 /// Doubles as text are read back to the same bits.
-json state_of(const Door& door) {
+json state_of(const ClientState& client_state) {
     json objects = json::object();
-    for (const auto& [name, object] : door.objects) {
+    for (const auto& [name, object] : client_state.objects) {
         const Placement& p = object.placement;
         objects[name] = {{"position_m", json_of(p.position_m)},
                          {"attitude", {p.attitude.w, p.attitude.x, p.attitude.y, p.attitude.z}},
                          {"velocity_m_s", json_of(p.velocity_m_s)},
                          {"rate_rad_s", json_of(p.rate_rad_s)}};
     }
-    const CameraSettings& c = door.camera;
+    const CameraSettings& c = client_state.camera;
     return {{"state", state_version},
             {"objects", std::move(objects)},
-            {"sun_power_w_sr", door.sun_power_w_sr},
+            {"sun_power_w_sr", client_state.sun_power_w_sr},
             {"size", {c.width, c.height}},
             {"fov_rad", {c.fov_x_rad, c.fov_y_rad}},
             {"integration_s", c.integration_s},
-            {"samples", door.rendering.samples},
-            {"irradiance", door.rendering.irradiance}};
+            {"samples", client_state.rendering.samples},
+            {"irradiance", client_state.rendering.irradiance}};
 }
 
 [[noreturn]] void refuse(const Arguments& arguments, const std::string& what) {
@@ -114,40 +114,40 @@ Placement placement_of(const Arguments& arguments, const json& table) {
     return {vector("position_m"), attitude, vector("velocity_m_s"), vector("rate_rad_s")};
 }
 
-void set_state(Door& door, const Arguments& arguments, Reply& reply) {
-    constexpr double most_size = 65536, most_fov = 3.14;
+void set_state(ClientState& client_state, const Arguments& arguments, Reply& reply) {
+    constexpr double max_size = 65536, max_fov = 3.14;
     const json state = parsed(arguments);
     // All is read before anything is set.
     std::vector<std::pair<Object*, Placement>> places;
     std::string unknown;
     for (const auto& [name, table] : state.at("objects").items()) {
         const Placement placement = placement_of(arguments, table);
-        if (const auto found = door.objects.find(name); found != door.objects.end())
+        if (const auto found = client_state.objects.find(name); found != client_state.objects.end())
             places.emplace_back(&found->second, placement);
         else
             unknown += (unknown.empty() ? "" : ", ") + name;
     }
     const std::vector<double> power = numbers(arguments, state, "sun_power_w_sr", channels);
-    CameraSettings camera = door.camera;
+    CameraSettings camera = client_state.camera;
     const std::vector<double> size = numbers(arguments, state, "size", 2),
                               fov = numbers(arguments, state, "fov_rad", 2);
     for (const double edge : size)
-        if (!(edge >= 1 && edge <= most_size)) refuse(arguments, "size is out of range");
+        if (!(edge >= 1 && edge <= max_size)) refuse(arguments, "size is out of range");
     for (const double angle : fov)
-        if (!(angle > 0 && angle <= most_fov)) refuse(arguments, "fov_rad is out of range");
+        if (!(angle > 0 && angle <= max_fov)) refuse(arguments, "fov_rad is out of range");
     camera.width = static_cast<std::int32_t>(size[0]), camera.height = static_cast<std::int32_t>(size[1]);
     camera.fov_x_rad = fov[0], camera.fov_y_rad = fov[1];
     camera.integration_s = number_within(arguments, state, "integration_s", 0, 1e6);
-    const double samples = number_within(arguments, state, "samples", 1, door.limits().samples);
+    const double samples = number_within(arguments, state, "samples", 1, client_state.limits().samples);
     const bool irradiance = state.value("irradiance", json(false)) == true;
 
     for (const auto& [object, placement] : places)
         object->placement = placement;
     for (std::size_t c = 0; c < channels; ++c)
-        door.sun_power_w_sr[c] = std::max(0.0, power[c]);
-    door.camera = camera;
-    door.rendering.samples = static_cast<std::uint32_t>(samples);
-    door.rendering.irradiance = irradiance;
+        client_state.sun_power_w_sr[c] = std::max(0.0, power[c]);
+    client_state.camera = camera;
+    client_state.rendering.samples = static_cast<std::uint32_t>(samples);
+    client_state.rendering.irradiance = irradiance;
     if (!unknown.empty())
         reply.warn(fmt::format("setState: there are no objects {}; their places are not used",
                                config::printable(unknown)));
@@ -169,11 +169,11 @@ std::string readable(const json& state) {
 } // namespace
 
 void add_state_calls(Handlers& handlers) {
-    handlers["getState"] = [](Request& r) { r.reply.set("state", state_of(r.door).dump()); };
-    handlers["setState"] = [](Request& r) { set_state(r.door, r.arguments, r.reply); };
+    handlers["getState"] = [](Request& r) { r.reply.set("state", state_of(r.client_state).dump()); };
+    handlers["setState"] = [](Request& r) { set_state(r.client_state, r.arguments, r.reply); };
     // An empty text: the state as it is.
     handlers["printState"] = [](Request& r) {
-        const json state = r.arguments.text("state").empty() ? state_of(r.door) : parsed(r.arguments);
+        const json state = r.arguments.text("state").empty() ? state_of(r.client_state) : parsed(r.arguments);
         r.reply.set("readable_state", readable(state));
     };
 }

@@ -22,12 +22,12 @@ namespace obscura::serve::compatible {
 namespace {
 
 constexpr std::int64_t largest_side = 16384;
-constexpr std::int64_t most_texels = std::int64_t{1} << 24;
+constexpr std::int64_t max_texels = std::int64_t{1} << 24;
 
 NamedTexture& named_texture(Request& r, std::string_view argument) {
     const std::string& name = r.arguments.text(argument);
-    const auto found = r.door.textures.find(name);
-    if (found == r.door.textures.end())
+    const auto found = r.client_state.textures.find(name);
+    if (found == r.client_state.textures.end())
         throw r.arguments.refused(argument,
                                   fmt::format("no texture is called \"{}\"", config::printable(name, 60)),
                                   "one that was created before");
@@ -66,16 +66,17 @@ PicturePlanes planes_of(const Request& r, const NamedTexture& texture, const std
 
 /// A new file of the texels, which the objects that wear the texture get too. FITS planes are those of the
 /// channels; red, green and blue of OpenEXR go to channels by wavelength.
-void put_texels(Door& door, const std::string& name, NamedTexture& texture, const PicturePlanes& planes) {
+void put_texels(ClientState& client_state, const std::string& name, NamedTexture& texture,
+                const PicturePlanes& planes) {
     const std::string before = texture.file;
-    const std::string file = door.own.write(planes.planes.size() == 3 ? ".exr" : ".fits", {});
-    door.own.count(file, planes.planes.size() * planes.planes[0].size() * sizeof(float));
+    const std::string file = client_state.own.write(planes.planes.size() == 3 ? ".exr" : ".fits", {});
+    client_state.own.count(file, planes.planes.size() * planes.planes[0].size() * sizeof(float));
     save_floats(file, planes);
     texture.file = file;
-    for (auto& [object_name, object] : door.objects)
+    for (auto& [object_name, object] : client_state.objects)
         for (const auto& [unit, worn] : object.worn_textures)
             if (worn == name) wear(object, unit, texture.file);
-    if (texture.own) door.own.remove(before);
+    if (texture.own) client_state.own.remove(before);
     texture.own = true;
 }
 
@@ -83,12 +84,12 @@ void create(Request& r) {
     NamedTexture texture;
     texture.width = static_cast<std::int32_t>(r.arguments.integer("width", 1, largest_side));
     texture.height = static_cast<std::int32_t>(r.arguments.integer("height", 1, largest_side));
-    if (std::int64_t{texture.width} * texture.height > most_texels)
+    if (std::int64_t{texture.width} * texture.height > max_texels)
         throw r.arguments.refused("width", fmt::format("{} x {} texels", texture.width, texture.height),
-                                  fmt::format("{} in all", most_texels));
+                                  fmt::format("{} in all", max_texels));
     texture.gray = r.arguments.flag("gray");
-    NamedTexture& made = put(r.door.textures, r.arguments, "name", texture);
-    put_texels(r.door, r.arguments.text("name"), made, {1, 1, {{1.0F}}, ""}); // white
+    NamedTexture& made = put(r.client_state.textures, r.arguments, "name", texture);
+    put_texels(r.client_state, r.arguments.text("name"), made, {1, 1, {{1.0F}}, ""}); // white
 }
 
 void update(Request& r) {
@@ -99,13 +100,13 @@ void update(Request& r) {
     const std::size_t most = static_cast<std::size_t>(texture.width) *
                              static_cast<std::size_t>(texture.height) * 4 * sizeof(float);
     // Expanded, and as planes.
-    const service::MemoryAccount::Share share = r.door.hold(2 * most);
+    const service::MemoryAccount::Share share = r.client_state.hold(2 * most);
     const bool lz4 = r.arguments.has("use_lz4") && r.arguments.flag("use_lz4");
     const std::string data =
         lz4 ? expand_lz4(
                   sent, static_cast<std::size_t>(r.arguments.integer("size", 0, std::int64_t{1} << 32)), most)
             : inflate_packed(sent, most);
-    put_texels(r.door, r.arguments.text("name"), texture, planes_of(r, texture, data));
+    put_texels(r.client_state, r.arguments.text("name"), texture, planes_of(r, texture, data));
 }
 
 /// Name of a picture of a sequence, whose number stands where the name has "%04d" or "%d"; empty: no such
@@ -122,7 +123,7 @@ std::string numbered(const std::string& sequence, std::int64_t number) {
 
 /// The file of a picture; empty: there is none.
 std::string frame_file(Request& r, const NamedTexture& texture, std::int64_t number) {
-    const auto found = r.door.files.find(numbered(texture.sequence, number));
+    const auto found = r.client_state.files.find(numbered(texture.sequence, number));
     return found ? found->string() : std::string();
 }
 
@@ -139,8 +140,9 @@ void create_video(Request& r) {
                                   "a sequence of pictures such as film_%04d.png, from number 0 or 1 on");
     texture.number = first_number(r, texture);
     texture.file = frame_file(r, texture, texture.number);
-    if (texture.file.empty()) texture.file = r.door.files.existing(numbered(texture.sequence, 1)).string();
-    put(r.door.textures, r.arguments, "name", texture);
+    if (texture.file.empty())
+        texture.file = r.client_state.files.existing(numbered(texture.sequence, 1)).string();
+    put(r.client_state.textures, r.arguments, "name", texture);
 }
 
 /// The next picture of a sequence; texels that the client sends are used at once.
@@ -151,18 +153,18 @@ void update_dynamic(Request& r) {
     if (frame_file(r, texture, next).empty()) next = texture.loop ? first_number(r, texture) : texture.number;
     texture.number = next;
     texture.file = frame_file(r, texture, next);
-    for (auto& [object_name, object] : r.door.objects)
+    for (auto& [object_name, object] : r.client_state.objects)
         for (const auto& [unit, worn] : object.worn_textures)
             if (worn == r.arguments.text("name")) wear(object, unit, texture.file);
 }
 
 void attach(Request& r) {
     const NamedTexture& texture = named_texture(r, "texture_name");
-    Object& object = r.door.object(r.arguments.text("object_name"), r.command.name);
+    Object& object = r.client_state.object(r.arguments.text("object_name"), r.command.name);
     const std::string& element = r.arguments.text("element_name");
     if (object.kind != Object::Kind::body)
         throw r.arguments.refused("object_name", "is no body", "a body or a mesh");
-    if (r.door.find(element) != &object)
+    if (r.client_state.find(element) != &object)
         throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
     const auto unit = static_cast<int>(r.arguments.integer("texture_unit_id", 0, texture_units - 1));
     if (!wear(object, unit, texture.file)) {
@@ -213,7 +215,7 @@ void add_texture_calls(Handlers& handlers) {
             throw r.arguments.refused("filename", "model files are not read", "an image");
         NamedTexture texture;
         texture.file = texture_file(r, file);
-        put(r.door.textures, r.arguments, "name", texture);
+        put(r.client_state.textures, r.arguments, "name", texture);
     };
 }
 

@@ -21,14 +21,14 @@ std::string place_of(const Request& r, std::string_view setting) {
 /// A command that remembers its argument `argument` for that of the same setting that asks for it.
 Handler remembers(std::string_view setting, std::string_view argument) {
     return [setting, argument](Request& r) {
-        r.door.remembered.set(place_of(r, setting), r.arguments.value(argument));
+        r.client_state.remembered.set(place_of(r, setting), r.arguments.value(argument));
     };
 }
 
 /// A command that asks for it; `otherwise`: what nothing has set.
 Handler tells(std::string_view setting, std::string_view result, Value otherwise) {
     return [setting, result, otherwise](Request& r) {
-        const Value* const found = r.door.remembered.find(place_of(r, setting));
+        const Value* const found = r.client_state.remembered.find(place_of(r, setting));
         r.reply.set(result, found != nullptr ? *found : otherwise);
     };
 }
@@ -36,7 +36,7 @@ Handler tells(std::string_view setting, std::string_view result, Value otherwise
 /// Objects that the command names must exist.
 Handler of_object(Handler handler, std::string_view argument) {
     return [handler = std::move(handler), argument](Request& r) {
-        (void)r.door.object(r.arguments.text(argument), r.command.name);
+        (void)r.client_state.object(r.arguments.text(argument), r.command.name);
         handler(r);
     };
 }
@@ -87,7 +87,7 @@ void add_unused_calls(Handlers& handlers) {
         const auto* const given = r.arguments.value("names_and_values").as<service::compatible::Fields>();
         if (given == nullptr)
             throw r.arguments.refused("names_and_values", "is no map", "a map of names and values");
-        r.door.remembered.set("global variables", *given);
+        r.client_state.remembered.set("global variables", *given);
     };
     handlers["getGlobalVariables"] =
         tells("global variables", "names_and_values", service::compatible::Fields{});

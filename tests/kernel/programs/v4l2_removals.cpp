@@ -166,7 +166,7 @@ void run(std::map<std::string, std::string>& option) {
     std::sort(recovery_ns.begin(), recovery_ns.end());
     const std::size_t n = recovery_ns.size();
     const double median_ms = static_cast<double>(recovery_ns[n / 2]) * 1e-6;
-    const double longest_ms = static_cast<double>(recovery_ns.back()) * 1e-6;
+    const double max_ms = static_cast<double>(recovery_ns.back()) * 1e-6;
     if (v.lost != static_cast<std::uint64_t>(removals))
         throw HardwareError("v4l2_removals: losses were not all seen");
     // An emulated machine on a busy one may be too slow for the frames as such.
@@ -177,12 +177,12 @@ void run(std::map<std::string, std::string>& option) {
     if (after.files > before.files || after.maps > before.maps + 4 || after.memory > before.memory + 16384 ||
         pool.in_use() != 0)
         throw HardwareError("v4l2_removals: something leaks");
-    if (longest_ms > (busy ? 5000 : 2000))
-        throw HardwareError(fmt::format("v4l2_removals: recovery took {:.0f} ms", longest_ms));
+    if (max_ms > (busy ? 5000 : 2000))
+        throw HardwareError(fmt::format("v4l2_removals: recovery took {:.0f} ms", max_ms));
     std::cerr << fmt::format(
         "{} removals: node back to image out p50 {:.0f} ms, longest {:.0f} ms; nothing leaked, of {} "
         "frames {} were written to files\n",
-        removals, median_ms, longest_ms, o.submitted, o.delivered);
+        removals, median_ms, max_ms, o.submitted, o.delivered);
 }
 
 } // namespace

@@ -63,7 +63,8 @@ public:
     }
     /// From now on frames keep their light, and rows may be made of earlier ones.
     void keep_frames() {
-        kept = KeptFrames([this] { return std::make_unique<renderer::KeptLight>(renderer, size, size); });
+        kept = KeptFrames(
+            [this] { return std::make_unique<renderer::ReprojectionSource>(renderer, size, size); });
     }
     /// Middle of the exposure of the frames that follow.
     void expose_at(Time mid) {

@@ -52,7 +52,7 @@ TEST_CASE("rows of an earlier frame take no memory, from the first one on") {
     FakeClock clock;
     AdaptiveFrame frame(
         renderer.band_count() * pixels, pixels, size, clock, [] {}, &alone);
-    KeptFrames kept([&] { return std::make_unique<renderer::KeptLight>(renderer, size, size); });
+    KeptFrames kept([&] { return std::make_unique<renderer::ReprojectionSource>(renderer, size, size); });
     FrameLight light;
     light.renderer = &renderer;
     light.windows = {{{0, 0, size, size}, 0}};

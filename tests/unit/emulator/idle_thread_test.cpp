@@ -100,14 +100,14 @@ TEST_CASE("a closed thread refuses, and its queue has an end") {
         }
     });
     begun.get_future().wait();
-    for (std::size_t i = 0; i < IdleThread::most_waiting + 3; ++i)
+    for (std::size_t i = 0; i < IdleThread::max_waiting + 3; ++i)
         client([](const auto&) {});
     while (refused < 3)
         std::this_thread::sleep_for(1ms);
     thread->close();
     for (std::thread& one : clients)
         one.join();
-    CHECK(closed == static_cast<int>(IdleThread::most_waiting));
+    CHECK(closed == static_cast<int>(IdleThread::max_waiting));
     CHECK(refusal(*thread, [](const auto&) {}) == FailureCode::not_now);
     thread.reset();
 }

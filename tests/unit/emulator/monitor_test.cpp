@@ -144,14 +144,14 @@ TEST_CASE("the monitor socket answers several clients and outlives rude ones", "
 
     // Connections beyond the limit wait until there is room.
     std::vector<FileDescriptor> many;
-    for (std::size_t i = 0; i < MonitorSocket::most_clients; ++i)
+    for (std::size_t i = 0; i < MonitorSocket::max_clients; ++i)
         many.push_back(host::connect_to_monitor(path));
     server.serve({});
-    CHECK(server.clients() == MonitorSocket::most_clients);
+    CHECK(server.clients() == MonitorSocket::max_clients);
     many.erase(many.begin());
     server.serve({});
     server.serve({});
-    CHECK(server.clients() == MonitorSocket::most_clients);
+    CHECK(server.clients() == MonitorSocket::max_clients);
     CHECK(ask(many.back(), server, "abcde") == "5 bytes");
 }
 
@@ -253,7 +253,7 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
     // Each a second later than the one before; the first one asks again at last.
     std::vector<FileDescriptor> clients;
     Time now;
-    for (std::size_t i = 0; i < MonitorSocket::most_clients; ++i, now += ns_per_s) {
+    for (std::size_t i = 0; i < MonitorSocket::max_clients; ++i, now += ns_per_s) {
         clients.push_back(host::connect_to_monitor(server.path()));
         REQUIRE(clients.back());
         server.serve(now);
@@ -267,7 +267,7 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
     };
     CHECK(asked(0));
     server.serve(now + 3600 * ns_per_s); // none waits: all of them may stay
-    CHECK(server.clients() == MonitorSocket::most_clients);
+    CHECK(server.clients() == MonitorSocket::max_clients);
     clients.push_back(host::connect_to_monitor(server.path()));
     CHECK(asked(8));
     CHECK_FALSE(asked(1)); // the one that has been idle for the longest time
@@ -276,7 +276,7 @@ TEST_CASE("clients of the monitor that ask nothing make room for others", "[emul
     // Those who have just asked are not idle: further ones wait until one goes.
     clients.push_back(host::connect_to_monitor(server.path()));
     CHECK_FALSE(asked(9));
-    CHECK(server.clients() == MonitorSocket::most_clients);
+    CHECK(server.clients() == MonitorSocket::max_clients);
     clients[5] = {};
     CHECK(asked(9));
 }
@@ -302,10 +302,10 @@ TEST_CASE("idle connections do not keep others out for long", "[emulator]") {
             REQUIRE(crowd.back());
         }
     };
-    connect(MonitorSocket::most_clients);
+    connect(MonitorSocket::max_clients);
     server.serve(now);
-    connect(MonitorSocket::most_clients);
-    CHECK(server.clients() == MonitorSocket::most_clients);
+    connect(MonitorSocket::max_clients);
+    CHECK(server.clients() == MonitorSocket::max_clients);
     int looks = 0;
     FileDescriptor last;
     while (!last && looks < 100) { // until there is room in the queue

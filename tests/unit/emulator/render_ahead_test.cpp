@@ -238,7 +238,7 @@ TEST_CASE("a camera renders each frame before its edge, the first one too") {
 TEST_CASE("an acquisition starts once its first frame is rendered, but does not wait for long") {
     CameraBench bench(small_sensor(), 1, {}, sync::OverTrigger::count, LatePolicy::late, false, {},
                       RendersOn::own_thread);
-    constexpr auto longest_wait = std::chrono::milliseconds(150);
+    constexpr auto max_wait = std::chrono::milliseconds(150);
     render_gate().close();
     std::atomic<bool> opened{false};
     std::thread opens([&opened] {
@@ -249,7 +249,7 @@ TEST_CASE("an acquisition starts once its first frame is rendered, but does not 
     const auto begin = std::chrono::steady_clock::now();
     REQUIRE(bench.camera.acquisition_start());
     // A busy machine may run the other thread later than the camera waits.
-    CHECK((opened || std::chrono::steady_clock::now() - begin >= longest_wait));
+    CHECK((opened || std::chrono::steady_clock::now() - begin >= max_wait));
     opens.join();
     wait_expected(bench.maker);
     const Time now = bench.clock.now();
@@ -462,8 +462,7 @@ TEST_CASE(
     const std::uint32_t blocks = blocks_of(bench.sensor);
     FrameOrder order = order_for(bench, 2);
     const Time edge = clock.now() + 100 * ms;
-    const ExpectedFrame expected{
-        .order = order, .edge = edge, .tolerance_px = 0.02, .most_ahead_ns = 30 * ms};
+    const ExpectedFrame expected{.order = order, .edge = edge, .tolerance_px = 0.02, .max_ahead_ns = 30 * ms};
     const std::uint32_t before = render_gate().bands;
     live_px = 1;
     bench.maker.render_ahead(expected);
@@ -486,7 +485,7 @@ TEST_CASE(
 
     // An edge that comes before: its frame had not begun, and is rendered now.
     FrameOrder early = order_for(bench, 3);
-    bench.maker.render_ahead({.order = early, .edge = clock.now() + 100 * ms, .most_ahead_ns = 30 * ms});
+    bench.maker.render_ahead({.order = early, .edge = clock.now() + 100 * ms, .max_ahead_ns = 30 * ms});
     frame = bench.pool.acquire();
     REQUIRE(bench.maker.make(early, *frame).empty());
     CHECK(render_gate().bands - before == 2 * blocks);
@@ -496,7 +495,7 @@ TEST_CASE(
     CHECK(counters.discarded == 0);
     // One that never comes leaves nothing behind.
     bench.maker.render_ahead(
-        {.order = order_for(bench, 4), .edge = clock.now() + 100 * ms, .most_ahead_ns = 30 * ms});
+        {.order = order_for(bench, 4), .edge = clock.now() + 100 * ms, .max_ahead_ns = 30 * ms});
     bench.maker.forget_expected();
     live_px = 0;
 }

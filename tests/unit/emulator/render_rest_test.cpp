@@ -17,8 +17,8 @@ namespace {
 struct Rendering {
     std::int64_t row_ns, wait_ns = 0;
     int rows = 1024;
-    std::int64_t rested_ns = 0, longest_ns = 0;
-    std::int64_t least_in_a_second_ns = ns_per_s; ///< of any second, waits included
+    std::int64_t rested_ns = 0, max_owed_ns = 0;
+    std::int64_t min_rest_per_second_ns = ns_per_s; ///< of any second, waits included
 
     void run(double share) {
         RenderRest rest(share);
@@ -40,7 +40,7 @@ struct Rendering {
                 idle(owed + 50'000); // the kernel wakes it a little late
                 rest.slept(now);
                 rested_ns += owed;
-                longest_ns = std::max(longest_ns, owed);
+                max_owed_ns = std::max(max_owed_ns, owed);
             }
             now = now + row_ns;
             while (!pieces.empty() && now - pieces.front().at > ns_per_s)
@@ -49,7 +49,7 @@ struct Rendering {
             std::int64_t sum = 0;
             for (const Piece& piece : pieces)
                 sum += piece.ns;
-            least_in_a_second_ns = std::min(least_in_a_second_ns, sum);
+            min_rest_per_second_ns = std::min(min_rest_per_second_ns, sum);
         }
     }
 };
@@ -61,8 +61,8 @@ TEST_CASE("a thread that renders all the time rests for more of any second than 
     CAPTURE(row_ns);
     Rendering rendering{row_ns};
     rendering.run(0.93);
-    CHECK(rendering.least_in_a_second_ns > 50 * ns_per_ms);
-    CHECK(rendering.longest_ns <= RenderRest::most_ns);
+    CHECK(rendering.min_rest_per_second_ns > 50 * ns_per_ms);
+    CHECK(rendering.max_owed_ns <= RenderRest::max_rest_ns);
     CHECK(rendering.rested_ns < ns_per_s); // a tenth of the ten seconds
 }
 
@@ -71,7 +71,7 @@ TEST_CASE("a thread that waits for long enough between frames does not rest") {
     Rendering rendering{90'000, 10 * ns_per_ms, 1000};
     rendering.run(0.93);
     CHECK(rendering.rested_ns < 200 * ns_per_ms);
-    CHECK(rendering.least_in_a_second_ns > 50 * ns_per_ms);
+    CHECK(rendering.min_rest_per_second_ns > 50 * ns_per_ms);
 }
 
 TEST_CASE("a thread that may work all the time never rests") {

@@ -106,20 +106,20 @@ struct SimulatedFrame final : emulator::LevelWork {
 /// more every 20 s and is half as fast for 3 s a minute.
 class SimulatedSeries {
 public:
-    SimulatedSeries(unsigned seed, double most_full_ns, double most_stall_ns)
-        : random_(seed), most_full_ns_(most_full_ns), most_stall_ns_(most_stall_ns) {}
+    SimulatedSeries(unsigned seed, double max_full_ns, double max_stall_ns)
+        : random_(seed), max_full_ns_(max_full_ns), max_stall_ns_(max_stall_ns) {}
 
     /// Renders the next frame by the controller.
     SimulatedFrame next(emulator::QualityController& controller,
                         emulator::QualityController::Outcome* outcome = nullptr) {
         SimulatedFrame frame(number_++, free_);
         if (uniform_(random_) < 0.001) full_ns_ *= 0.5 + 1.5 * uniform_(random_);
-        full_ns_ = std::clamp(full_ns_ * std::exp(step_(random_)), 20e6, most_full_ns_);
+        full_ns_ = std::clamp(full_ns_ * std::exp(step_(random_)), 20e6, max_full_ns_);
         if (uniform_(random_) < 1.0 / 600) slow_until_ = number_ + 30;
         frame.full_ns = full_ns_ * (number_ < slow_until_ ? 2 : 1);
         if (uniform_(random_) < 0.005) {
             frame.stall_at = static_cast<std::int32_t>(uniform_(random_) * simulated_groups);
-            frame.stall_ns = static_cast<std::int64_t>(5e6 + (most_stall_ns_ - 5e6) * uniform_(random_));
+            frame.stall_ns = static_cast<std::int64_t>(5e6 + (max_stall_ns_ - 5e6) * uniform_(random_));
         }
         const auto result = controller.run(frame, simulated_frame);
         if (outcome != nullptr) *outcome = result;
@@ -131,7 +131,7 @@ private:
     std::mt19937 random_;
     std::normal_distribution<double> step_{0, 0.03};
     std::uniform_real_distribution<double> uniform_{0, 1};
-    double most_full_ns_, most_stall_ns_;
+    double max_full_ns_, max_stall_ns_;
     double full_ns_ = 80e6;
     int number_ = 0, slow_until_ = 0;
     Time free_{0};

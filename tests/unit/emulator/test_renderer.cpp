@@ -30,24 +30,24 @@ FrameSamples::FrameSamples() = default;
 FrameSamples::~FrameSamples() = default;
 void FrameSamples::begin_frame() noexcept {}
 
-struct KeptLight::Impl {
+struct ReprojectionSource::Impl {
     std::vector<KeptWindow> windows;
 };
-KeptLight::KeptLight(const Renderer& /*renderer*/, std::int32_t /*width*/, std::int32_t /*rows*/,
-                     std::size_t windows)
+ReprojectionSource::ReprojectionSource(const Renderer& /*renderer*/, std::int32_t /*width*/,
+                                       std::int32_t /*rows*/, std::size_t windows)
     : impl_(std::make_unique<Impl>()) {
     impl_->windows.reserve(windows);
 }
-KeptLight::~KeptLight() = default;
-bool KeptLight::begin_frame(std::span<const KeptWindow> windows) noexcept {
+ReprojectionSource::~ReprojectionSource() = default;
+bool ReprojectionSource::begin_frame(std::span<const KeptWindow> windows) noexcept {
     impl_->windows.assign(windows.begin(), windows.end());
     return true;
 }
-void KeptLight::begin_reprojection() noexcept {}
-bool KeptLight::complete(const Renderer& /*renderer*/) const noexcept {
+void ReprojectionSource::begin_reprojection() noexcept {}
+bool ReprojectionSource::complete(const Renderer& /*renderer*/) const noexcept {
     return test::frames_are_kept.load() && !impl_->windows.empty();
 }
-std::span<const KeptWindow> KeptLight::windows() const noexcept {
+std::span<const KeptWindow> ReprojectionSource::windows() const noexcept {
     return impl_->windows;
 }
 

@@ -165,7 +165,7 @@ TEST_CASE("telemetry counts packets of each kind", "[instrument]") {
     }
     const Bytes frame = writer.write(FrameReport{}, 0);
     CHECK(read_header(frame) == PacketHeader{false, true, first_apid + 1, 0});
-    CHECK(writer.write(Housekeeping{}, 0).size() <= most_packet_bytes);
+    CHECK(writer.write(Housekeeping{}, 0).size() <= max_packet_bytes);
 }
 
 } // namespace packets_test

@@ -130,10 +130,10 @@ TEST_CASE("Listed craters and boulders are all of the body's that are in the pic
     const auto add = [&](char kind, std::uint64_t id, Vec3 position, double diameter,
                          const auto& share_left) {
         const Vec3 up = normalized(position);
-        constexpr double most_relief_m = 30;
-        if (diameter < 7 * pixel_rad * (length(position - eye) - most_relief_m)) return;
+        constexpr double max_relief_m = 30;
+        if (diameter < 7 * pixel_rad * (length(position - eye) - max_relief_m)) return;
         const Vec3 point = (400 - distance_along(shape, 400 * up, -up, &view)) * up;
-        REQUIRE(std::abs(length(point) - radius_m) < most_relief_m);
+        REQUIRE(std::abs(length(point) - radius_m) < max_relief_m);
         const double range = length(point - eye);
         const double size = diameter / (range * pixel_rad);
         const auto at = pixel_of(s.camera, point);

@@ -143,7 +143,7 @@ TEST_CASE("the limb of a body far larger than the field has its points where the
         const std::vector<renderer::LimbPoint>& limb = overlay.bodies.at(0).limb;
         CAPTURE(limb.size());
         REQUIRE(limb.size() >= 32);
-        double worst_px = 0, longest_px = 0;
+        double worst_px = 0, max_px = 0;
         for (std::size_t i = 0; i < limb.size(); ++i) {
             const double x = limb[i].at.x, y = limb[i].at.y;
             CHECK((x >= -0.5 && y >= -0.5 && x < size - 0.5 && y < size - 0.5));
@@ -151,12 +151,11 @@ TEST_CASE("the limb of a body far larger than the field has its points where the
                 rotate(s.camera.motion.samples[0].pose.orientation,
                        {(x - (size - 1) / 2.0) * pixel_rad, (y - (size - 1) / 2.0) * pixel_rad, 1}));
             worst_px = std::max(worst_px, std::abs(std::acos(-d.z) - dip) / pixel_rad);
-            if (i > 0)
-                longest_px = std::max(longest_px, std::hypot(x - limb[i - 1].at.x, y - limb[i - 1].at.y));
+            if (i > 0) max_px = std::max(max_px, std::hypot(x - limb[i - 1].at.x, y - limb[i - 1].at.y));
             CHECK(limb[i].begins == (i == 0));
         }
         CHECK(worst_px < 1e-3);
-        CHECK(longest_px < 10);
+        CHECK(max_px < 10);
         CHECK(std::hypot(limb.back().at.x - limb[0].at.x, limb.back().at.y - limb[0].at.y) > 200);
     }
 }

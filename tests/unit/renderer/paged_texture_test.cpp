@@ -74,7 +74,7 @@ std::vector<Lookup> lookups(int count, unsigned seed) {
 
 std::vector<double> sampled(const Texture& t, const std::vector<Lookup>& at) {
     std::vector<double> out;
-    double planes[Texture::most_planes];
+    double planes[Texture::max_planes];
     for (const Lookup& l : at) {
         t.sample(l.u, l.v, l.a, l.b, planes);
         out.insert(out.end(), planes, planes + t.planes());

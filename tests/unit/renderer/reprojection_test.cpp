@@ -40,7 +40,7 @@ renderer::Renderer renderer_of(const scene::Scene& scene, std::uint32_t threads 
 
 struct Kept {
     explicit Kept(const renderer::Renderer& r) : light(r, size, size) {}
-    renderer::KeptLight light;
+    renderer::ReprojectionSource light;
 };
 
 /// Rows of `size` at `t`, each `between_ns` later than the one above.
@@ -52,7 +52,7 @@ std::vector<RowTime> rows_at(Time t, std::int64_t between_ns = 0) {
 }
 
 std::vector<float> frame(const renderer::Renderer& r, const std::vector<RowTime>& times,
-                         renderer::KeptLight* keep, renderer::KeptLight* from = nullptr,
+                         renderer::ReprojectionSource* keep, renderer::ReprojectionSource* from = nullptr,
                          QualityLevel level = QualityLevel::full, std::int32_t block = size,
                          std::uint64_t frame_id = 1, std::vector<float>* variance = nullptr,
                          renderer::Workspace* alone = nullptr) {
@@ -287,8 +287,8 @@ TEST_CASE("reprojected rows have the same bytes on any threads and in any parts"
     const renderer::Renderer one = renderer_of(s, 1, 4);
     const renderer::Renderer two = renderer_of(s, 2, 4);
     for (const std::int64_t between_ns : {std::int64_t{0}, ns_per_ms}) {
-        renderer::KeptLight from_one(one, size, size);
-        renderer::KeptLight from_two(two, size, size);
+        renderer::ReprojectionSource from_one(one, size, size);
+        renderer::ReprojectionSource from_two(two, size, size);
         static_cast<void>(frame(one, rows_at({}, between_ns), &from_one));
         static_cast<void>(frame(two, rows_at({}, between_ns), &from_two, nullptr, QualityLevel::full, 48));
         const std::vector<RowTime> then = rows_at(Time{100 * ns_per_ms}, between_ns);
@@ -330,7 +330,8 @@ TEST_CASE("lines that see what other lines were to see are made of those") {
     request.rows = size;
     request.line = 0;
     request.row_times = request.frame_times = times;
-    const auto lines = [&](renderer::KeptLight* keep, renderer::KeptLight* from, std::uint64_t id) {
+    const auto lines = [&](renderer::ReprojectionSource* keep, renderer::ReprojectionSource* from,
+                           std::uint64_t id) {
         std::vector<float> image(static_cast<std::size_t>(size) * size * r.band_count());
         const std::vector<QualityLevel> levels(static_cast<std::size_t>(size), QualityLevel::reprojected);
         request.levels =
@@ -341,7 +342,7 @@ TEST_CASE("lines that see what other lines were to see are made of those") {
         REQUIRE(r.render(request, image));
         return image;
     };
-    renderer::KeptLight kept(r, size, size);
+    renderer::ReprojectionSource kept(r, size, size);
     REQUIRE(kept.begin_frame(renderer::KeptWindow{{0, 0, size, size}, size / 2}));
     const std::vector<float> before = lines(&kept, nullptr, 1);
     REQUIRE(kept.complete(r));

@@ -136,7 +136,7 @@ TEST_CASE("the defaults of every material are within its ranges and rules") {
     for (const auto& kind : renderer::material_kinds()) {
         INFO(kind.name);
         CHECK(renderer::make_material(kind.make_default(), "test") != nullptr);
-        CHECK(renderer::varying_parameters(kind.make_default()).size() <= renderer::most_parameters);
+        CHECK(renderer::varying_parameters(kind.make_default()).size() <= renderer::max_parameters);
     }
 }
 

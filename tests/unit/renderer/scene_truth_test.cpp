@@ -542,7 +542,7 @@ TEST_CASE("a truth table with room for few entries keeps bodies and counts the r
     request.rows = rows;
     SceneTruth all, few;
     r.list_truth(request, all);
-    request.most_entries = 10;
+    request.max_entries = 10;
     std::vector<std::byte> workspace(100'000);
     request.workspace = workspace;
     r.list_truth(request, few);
@@ -552,7 +552,7 @@ TEST_CASE("a truth table with room for few entries keeps bodies and counts the r
     for (std::size_t i = 0; i < few.entries.size(); ++i)
         CHECK((few.entries[i].kind == all.entries[i].kind && few.entries[i].object == all.entries[i].object));
     // Another list in the same memory starts anew.
-    request.most_entries = 0;
+    request.max_entries = 0;
     r.list_truth(request, few);
     CHECK(few.entries.size() == all.entries.size());
     CHECK(few.entries_left_out == 0);

@@ -17,8 +17,8 @@ using namespace obscura::renderer;
 /// Heights that are a function of the position, within bounds.
 class FunctionLayer final : public terrain::HeightLayer {
 public:
-    FunctionLayer(std::function<double(Vec3)> height_m, double least_m, double largest_m)
-        : height_m_(std::move(height_m)), least_m_(least_m), largest_m_(largest_m) {}
+    FunctionLayer(std::function<double(Vec3)> height_m, double min_m, double largest_m)
+        : height_m_(std::move(height_m)), min_m_(min_m), largest_m_(largest_m) {}
 
     void apply(const terrain::VertexGrid& grid, std::span<double> heights_m,
                std::span<double> /*sample_spacings_m*/) const override {
@@ -27,17 +27,17 @@ public:
     }
     [[nodiscard]] terrain::HeightRange range(const terrain::Cap& /*cap*/, double /*spacing_m*/,
                                              terrain::HeightRange below) const override {
-        return {below.least + least_m_, below.largest + largest_m_, below.sample_spacing_m};
+        return {below.least + min_m_, below.largest + largest_m_, below.sample_spacing_m};
     }
 
 private:
     std::function<double(Vec3)> height_m_;
-    double least_m_, largest_m_;
+    double min_m_, largest_m_;
 };
 
 inline std::vector<std::shared_ptr<const terrain::HeightLayer>>
-layers_of(std::function<double(Vec3)> height_m, double least_m, double largest_m) {
-    return {std::make_shared<FunctionLayer>(std::move(height_m), least_m, largest_m)};
+layers_of(std::function<double(Vec3)> height_m, double min_m, double largest_m) {
+    return {std::make_shared<FunctionLayer>(std::move(height_m), min_m, largest_m)};
 }
 
 inline TerrainShape::Settings at_level(int level, std::uint64_t arena_bytes = std::uint64_t{512} << 20) {

@@ -47,7 +47,7 @@ renderer::RockSettings rock_settings(const renderer::DetailParameters& detail, d
     for (const renderer::TriangleMesh& form : forms())
         settings.forms.push_back(std::make_shared<renderer::MeshShape>(device, form));
     settings.cells = cells;
-    settings.least_m = detail.boulder_least_m;
+    settings.min_m = detail.boulder_least_m;
     settings.largest_m = detail.boulder_largest_m;
     return settings;
 }

@@ -40,7 +40,7 @@ double box_mean(const std::vector<float>& values, int width, int x0, int y0, int
 }
 
 double sample(const Texture& t, double u, double v, TextureAxis a, TextureAxis b) {
-    double out[Texture::most_planes];
+    double out[Texture::max_planes];
     t.sample(u, v, a, b, out);
     return out[0];
 }

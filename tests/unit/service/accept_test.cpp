@@ -67,8 +67,8 @@ TEST_CASE("a server rests while it has no descriptor for a client, which it serv
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     path.copy(address.sun_path, path.size());
-    const timeval patience{60, 0};
-    ::setsockopt(client.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval timeout{60, 0};
+    ::setsockopt(client.get(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     std::atomic<int> turns{0};
     std::atomic<bool> stop{false};
     std::thread serves([&] {

@@ -29,7 +29,7 @@ TEST_CASE("Made boulders follow the law of their sizes", "[terrain]") {
     Boulders::Settings settings;
     settings.index = 3.1;
     settings.per_m2 = 373 / 0.393e6 * std::pow(5, 3.1);
-    settings.least_diameter_m = 1;
+    settings.min_diameter_m = 1;
     settings.largest_diameter_m = 40;
     const SurfaceDomain body = SurfaceDomain::ellipsoid({2500, 2500, 2500});
     const Boulders boulders(body, settings, 3, nullptr);
@@ -48,10 +48,10 @@ TEST_CASE("Made boulders follow the law of their sizes", "[terrain]") {
 TEST_CASE("Boulders are denser on the ejecta of young craters", "[terrain]") {
     const SurfaceDomain plane = SurfaceDomain::plane(50e3);
     const auto craters =
-        std::make_shared<Craters>(plane, Craters::Settings{.age_ga = 0.2, .least_diameter_m = 100}, 1);
+        std::make_shared<Craters>(plane, Craters::Settings{.age_ga = 0.2, .min_diameter_m = 100}, 1);
     Boulders::Settings settings;
     settings.per_m2 = 1e-3;
-    settings.least_diameter_m = 1;
+    settings.min_diameter_m = 1;
     settings.largest_diameter_m = 4;
     settings.ejecta = 20;
     const Boulders boulders(plane, settings, 3, craters);

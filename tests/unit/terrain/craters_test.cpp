@@ -61,7 +61,7 @@ TEST_CASE("Crater counts of the law are those of its sources", "[terrain]") {
 
 TEST_CASE("Made craters follow the law", "[terrain]") {
     SECTION("whole Moon") {
-        const Craters craters(moon, {.age_ga = 3.9, .least_diameter_m = 1000}, 1);
+        const Craters craters(moon, {.age_ga = 3.9, .min_diameter_m = 1000}, 1);
         check_counts(craters, {{0, 0, 0}, 2 * moon_radius_m}, 4 * M_PI * moon_radius_m * moon_radius_m,
                      {16e3, 20e3, 32e3, 64e3, 100e3});
     }
@@ -142,7 +142,7 @@ TEST_CASE("Crater profiles wear by diffusion", "[terrain]") {
 TEST_CASE("A fresh crater on a plain has the depth and the rim of its size", "[terrain]") {
     const SurfaceDomain plane = SurfaceDomain::plane(1600e3);
     // Young and large: none overlap.
-    const Craters craters(plane, {.age_ga = 0.01, .least_diameter_m = 1000, .largest_diameter_m = 3000}, 5);
+    const Craters craters(plane, {.age_ga = 0.01, .min_diameter_m = 1000, .largest_diameter_m = 3000}, 5);
     const std::vector<Crater> found = craters.near({{0, 0, 0}, 1500e3}, 1200);
     int measured = 0;
     for (const Crater& crater : found) {

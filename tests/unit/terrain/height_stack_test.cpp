@@ -180,7 +180,7 @@ TEST_CASE("The distance to holes is that of a search over all of them") {
         const double radius = 10;
         const double turn = any(engine) / 180 * pi;
         const Vec3 near{p.x + radius * std::cos(turn), p.y + radius * std::sin(turn), 0};
-        REQUIRE(coverage.least_distance(p, radius) <= coverage.distance(near) + 1e-9);
+        REQUIRE(coverage.min_distance(p, radius) <= coverage.distance(near) + 1e-9);
     }
 }
 

@@ -41,7 +41,7 @@ public:
 private:
     Function function_;
     bool rows_;
-    std::int64_t next_row_[terrain::most_obt_planes]{};
+    std::int64_t next_row_[terrain::max_obt_planes]{};
 };
 
 /// A hash of a place, 0 to below 1.

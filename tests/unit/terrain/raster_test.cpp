@@ -146,18 +146,18 @@ TEST_CASE("A footprint leaves out what is shorter than it, without jumps") {
         };
         const Raster raster = raster_of(frame, stripes);
         Raster::Reader reader(raster);
-        double most_fine = 0, most_coarse = 0;
+        double finest = 0, coarsest = 0;
         for (int k = 0; k < 500; ++k) {
             const Vec3 p{300 + 0.73 * k, -300 - 0.31 * k, 0};
-            most_fine = std::max(most_fine, std::abs(reader.at(p, 0.5) - stripes(p)));
-            most_coarse = std::max(most_coarse, std::abs(reader.at(p, 8)));
+            finest = std::max(finest, std::abs(reader.at(p, 0.5) - stripes(p)));
+            coarsest = std::max(coarsest, std::abs(reader.at(p, 8)));
         }
         if (period == 4) {
-            CHECK(most_fine < 0.5);
-            CHECK(most_coarse < 0.02); // half a period per sample: gone
+            CHECK(finest < 0.5);
+            CHECK(coarsest < 0.02); // half a period per sample: gone
         } else {
-            CHECK(most_fine < 2e-3);
-            CHECK(most_coarse > 1.6); // eight samples a period: kept
+            CHECK(finest < 2e-3);
+            CHECK(coarsest > 1.6); // eight samples a period: kept
         }
         // Over the range of footprints the value moves smoothly.
         const Vec3 p{511.3, -477.7, 0};

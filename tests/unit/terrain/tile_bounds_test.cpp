@@ -69,7 +69,7 @@ std::size_t violations(const Layers& layers, const std::vector<Vec3>& places, in
             wrong += maker.make(key, scratch, *tile);
             const double highest = tile->maximum_m(pyramid_levels, 0, 0);
             for (const ReducedRange& range : above)
-                wrong += tile->least_m < range.least || highest > range.largest ? 1 : 0;
+                wrong += tile->min_m < range.least || highest > range.largest ? 1 : 0;
             if (level == deepest) excesses_m.push_back(above.back().largest - highest);
         }
     }

@@ -2,7 +2,7 @@
 // A session of the published client without its connection, and light and numbers of its answers.
 #pragma once
 
-#include "serve/compatible/door_host.hpp"
+#include "serve/compatible/compatible_host.hpp"
 #include "serve/compatible/packed_bytes.hpp"
 #include "service/failure.hpp"
 #include "tests/support/catch.hpp"
@@ -39,7 +39,7 @@ private:
 class Client {
 public:
     Client()
-        : host_(serve::compatible::DoorSettings{"test", folder.path(), folder.path(), {}}),
+        : host_(serve::compatible::CompatibleSettings{"test", folder.path(), folder.path(), {}}),
           session_(host_.open(memory)) {}
 
     Reply call(const char* name, const Fields& arguments = {}) {
@@ -114,7 +114,7 @@ public:
 
 private:
     Unhurried work_;
-    serve::compatible::DoorHost host_;
+    serve::compatible::CompatibleHost host_;
     std::unique_ptr<Session> session_;
 };
 

@@ -204,19 +204,19 @@ TEST_CASE("a motion model moves the camera in its own frame", "[serve]") {
 
 TEST_CASE("a spectrum model sets the wavelengths of the channels", "[serve]") {
     Client client;
-    serve::compatible::DoorSettings settings;
+    serve::compatible::CompatibleSettings settings;
     settings.root = client.folder.path();
-    serve::compatible::Door door(settings, client.memory);
+    serve::compatible::ClientState client_state(settings, client.memory);
     Unhurried work;
     const auto load = [&](const char* name, const Fields& parameters) {
         const Command& command = *find_command("loadSpectrumModel");
         const Fields arguments{{"filename", name}, {"parameters", parameters}};
         Reply reply;
-        serve::compatible::Request request{command, door, Arguments(command, arguments), reply, work};
+        serve::compatible::Request request{command, client_state, Arguments(command, arguments), reply, work};
         serve::compatible::handlers().at("loadSpectrumModel")(request);
     };
     load("bands.txr", {{"from", List{4e-7, 5e-7, 6e-7, 7e-7}}, {"to", List{4.5e-7, 5.5e-7, 6.5e-7, 8e-7}}});
-    const nlohmann::json bands = door.scene()["band"];
+    const nlohmann::json bands = client_state.scene()["band"];
     for (std::size_t c = 0; c < 4; ++c)
         CHECK_THAT(bands[c]["from_nm"].get<double>(),
                    WithinRel(400.0 + 100.0 * static_cast<double>(c), 1e-12));
@@ -225,7 +225,7 @@ TEST_CASE("a spectrum model sets the wavelengths of the channels", "[serve]") {
     CHECK_THROWS_AS(load("bands", {{"from", List{0.0, 5e-7, 6e-7, 7e-7}}, {"to", List{1.0, 1.0, 1.0, 1.0}}}),
                     Failure);
     load("", {});
-    CHECK(door.scene()["band"][0]["from_nm"] == 600.0);
+    CHECK(client_state.scene()["band"][0]["from_nm"] == 600.0);
 }
 
 TEST_CASE("the transformation of a whole object is its place and attitude", "[serve]") {

@@ -146,20 +146,20 @@ TEST_CASE("micro tasks render their pixels to the bytes of the whole picture", "
 
 TEST_CASE("a part of a picture costs its part of the rays", "[serve]") {
     Client client;
-    serve::compatible::DoorSettings settings;
+    serve::compatible::CompatibleSettings settings;
     settings.root = client.folder.path();
-    serve::compatible::Door door(settings, client.memory);
+    serve::compatible::ClientState client_state(settings, client.memory);
     Unhurried work;
     serve::compatible::Object ball;
     ball.keys = {
         {"shape", "ellipsoid"}, {"radii_m", {5.0, 5.0, 5.0}}, {"material", "lambert"}, {"albedo", 1.0}};
     ball.placement.position_m = {0, 0, -10};
-    door.objects["ball"] = ball;
-    door.camera.width = door.camera.height = 64;
+    client_state.objects["ball"] = ball;
+    client_state.camera.width = client_state.camera.height = 64;
     const auto rays = [&](const std::vector<Region>& windows) {
-        const std::uint64_t before = door.picture ? door.rays_traced() : 0;
-        door.render(windows, work);
-        return static_cast<double>(door.rays_traced() - before);
+        const std::uint64_t before = client_state.picture ? client_state.rays_traced() : 0;
+        client_state.render(windows, work);
+        return static_cast<double>(client_state.rays_traced() - before);
     };
     // The ball fills the picture, with as many rays for each pixel.
     const double all = rays({{0, 0, 64, 64}});

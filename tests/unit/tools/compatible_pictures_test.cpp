@@ -291,15 +291,15 @@ TEST_CASE("motion during the integration time blurs, and the middle of it is the
 }
 
 TEST_CASE("the scene as a file renders the same bytes by the native protocol", "[serve]") {
-    serve::compatible::DoorSettings settings;
+    serve::compatible::CompatibleSettings settings;
     Client client;
     settings.root = client.folder.path();
-    serve::compatible::Door door(settings, client.memory);
+    serve::compatible::ClientState client_state(settings, client.memory);
     Unhurried work;
     const auto run = [&](const char* name, const Fields& arguments) {
         const Command& command = *find_command(name);
         Reply reply;
-        serve::compatible::Request request{command, door, Arguments(command, arguments), reply, work};
+        serve::compatible::Request request{command, client_state, Arguments(command, arguments), reply, work};
         serve::compatible::handlers().at(name)(request);
     };
     run("createBRDF", {{"name", "b"},
@@ -321,11 +321,11 @@ TEST_CASE("the scene as a file renders the same bytes by the native protocol", "
     serve::RenderCall render(scene, limits);
     const service::Calls calls = scene.calls();
     (void)service::bind(service::find_call(calls, "scene.load"),
-                        {{"call", "scene.load"}, {"toml", door.document().text()}})
+                        {{"call", "scene.load"}, {"toml", client_state.document().text()}})
         .run(work);
     service::Answer answer = service::bind(render.call(), {{"call", "render"}, {"samples", 8}}).run(work);
-    CHECK(answer.arrays.at(0).floats() == door.picture->values);
-    CHECK(*std::max_element(door.picture->values.begin(), door.picture->values.end()) > 0.1F);
+    CHECK(answer.arrays.at(0).floats() == client_state.picture->values);
+    CHECK(*std::max_element(client_state.picture->values.begin(), client_state.picture->values.end()) > 0.1F);
 }
 
 } // namespace compatible_pictures_test

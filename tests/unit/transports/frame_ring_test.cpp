@@ -103,7 +103,7 @@ TEST_CASE("memory that is no ring is refused with the reason", "[transports]") {
     good.magic = frame_ring_magic;
     good.version = frame_ring_version;
     good.slots = 2, good.slots_at = 4096, good.slot_bytes = 8192, good.pixels_at = 4096,
-    good.most_pixels = 2048;
+    good.max_pixels = 2048;
     CHECK(why(sealed(good, 4096 + 2 * 8192)).empty());
     CHECK(why(FileDescriptor(::open("/dev/null", O_RDONLY))) == "frame ring: the memory is not sealed");
     CHECK(why(FileDescriptor(::memfd_create("test", MFD_ALLOW_SEALING))) ==
@@ -116,8 +116,8 @@ TEST_CASE("memory that is no ring is refused with the reason", "[transports]") {
              [](FrameRingHead& h) { h.slots_at = 0; }, [](FrameRingHead& h) { h.slots_at = UINT64_MAX - 7; },
              [](FrameRingHead& h) { h.slot_bytes = UINT64_MAX - 7; },
              [](FrameRingHead& h) { h.pixels_at = 8; }, [](FrameRingHead& h) { h.pixels_at = 8200; },
-             [](FrameRingHead& h) { h.most_pixels = 2049; },
-             [](FrameRingHead& h) { h.most_pixels = std::uint64_t{1} << 63; }}) {
+             [](FrameRingHead& h) { h.max_pixels = 2049; },
+             [](FrameRingHead& h) { h.max_pixels = std::uint64_t{1} << 63; }}) {
         FrameRingHead bad = good;
         change(bad);
         CHECK(why(sealed(bad, 4096 + 2 * 8192)) == misfit);
@@ -277,7 +277,7 @@ TEST_CASE("a reader that is stopped or killed holds up nothing", "[transports]")
 TEST_CASE("each reader is told of frames by an event of its own", "[transports]") {
     RingBench bench;
     std::vector<FileDescriptor> readers;
-    for (std::size_t i = 0; i <= FrameRing::most_told; ++i)
+    for (std::size_t i = 0; i <= FrameRing::max_reported; ++i)
         readers.push_back(RingBench::copy_of(bench.ring.hand_over()));
     bench.ring.write(*bench.frame(1), 1);
     const auto readable = [](const FileDescriptor& event) {

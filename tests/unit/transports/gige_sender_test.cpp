@@ -304,8 +304,8 @@ TEST_CASE("a message without an acknowledge does not hold up those to the next c
     a.sin_family = AF_INET;
     a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t bytes = sizeof a;
-    const timeval patience{30, 0};
-    REQUIRE(setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) == 0);
+    const timeval timeout{30, 0};
+    REQUIRE(setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout) == 0);
     REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
     REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
     MessageConfig config{INADDR_LOOPBACK, ntohs(a.sin_port), 10'000, 10};

@@ -31,7 +31,7 @@ struct FakeBench {
     bool hold = false; // transfers stay under way until this is false
     std::string serial = "FAKE-1";
     std::string problem;
-    std::size_t open_handles = 0, in_flight = 0, most_in_flight = 0;
+    std::size_t open_handles = 0, in_flight = 0, max_in_flight = 0;
     std::uint64_t bulk_count = 0;
     /// Answers instead of the display when it returns something.
     std::function<std::optional<UsbResult>(std::uint8_t request, std::span<std::uint8_t> data)> on_control_in;
@@ -92,7 +92,7 @@ public:
         if (t.under_way) throw std::logic_error("slot is in use");
         t = {true, data};
         ++bench_->in_flight;
-        bench_->most_in_flight = std::max(bench_->most_in_flight, bench_->in_flight);
+        bench_->max_in_flight = std::max(bench_->max_in_flight, bench_->in_flight);
         return UsbStatus::ok;
     }
     UsbResult wait(std::size_t slot, int wait_ms) override {

@@ -345,7 +345,7 @@ TEST_CASE("A slow device makes frames late, then drops them, and holds no more t
     CHECK(rig.output->status().late >= 1);
     CHECK(rig.output->status().late < static_cast<std::uint64_t>(taken));
     // Double buffering: two under way where the protocol allows it, else the next one waits, computed.
-    CHECK(rig.bench->with([](FakeBench& b) { return b.most_in_flight; }) == (full_update ? 2u : 1u));
+    CHECK(rig.bench->with([](FakeBench& b) { return b.max_in_flight; }) == (full_update ? 2u : 1u));
 }
 
 TEST_CASE("stop() returns though the device hangs and the producer is gone") {

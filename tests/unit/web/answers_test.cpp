@@ -163,15 +163,15 @@ TEST_CASE("kept answers are few and small, and a token does not take the places 
     for (std::size_t i = 0; i < 1000; ++i)
         make(kept, "bob", std::to_string(i), {});
     CHECK_FALSE(is_new(kept, "alice", "k", {}));
-    CHECK_FALSE(is_new(kept, "bob", std::to_string(1000 - KeptAnswers::most_of_one_token), {}));
-    CHECK(is_new(kept, "bob", std::to_string(1000 - KeptAnswers::most_of_one_token - 1), {}));
+    CHECK_FALSE(is_new(kept, "bob", std::to_string(1000 - KeptAnswers::max_per_token), {}));
+    CHECK(is_new(kept, "bob", std::to_string(1000 - KeptAnswers::max_per_token - 1), {}));
     for (std::size_t i = 0; i < KeptAnswers::most; ++i)
         make(kept, "token " + std::to_string(i), "k", {});
     CHECK(is_new(kept, "alice", "k", {}));
     // Bodies of half of the room: the third drops the first.
     KeptAnswers large;
     for (const char* key : {"1", "2", "3", "4"})
-        make(large, "alice", key, {}, std::string(KeptAnswers::most_bytes / 2, 'x'));
+        make(large, "alice", key, {}, std::string(KeptAnswers::max_bytes / 2, 'x'));
     CHECK(is_new(large, "alice", "1", {}));
     CHECK_FALSE(is_new(large, "alice", "4", {}));
 }

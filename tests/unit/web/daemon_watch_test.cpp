@@ -101,7 +101,7 @@ void wait_for_looks(const FakeDaemon& daemon) {
 
 std::vector<std::string> texts(const DaemonWatch& watch, std::uint64_t after = 0) {
     std::vector<std::string> texts;
-    for (const WatchedEvent& one : watch.events(after, DaemonWatch::most_events))
+    for (const WatchedEvent& one : watch.events(after, DaemonWatch::max_events))
         texts.push_back(one.event.at("text").get<std::string>());
     return texts;
 }

@@ -87,9 +87,9 @@ TEST_CASE("what has no pixel or too many is no JPEG", "[web]") {
     const std::vector<std::uint8_t> levels(65536);
     CHECK(jpeg_of({}, 0, levels).empty());
     CHECK(jpeg_of({}, 3, levels).empty());
-    CHECK(jpeg_of(std::vector<std::uint16_t>(most_jpeg_side + 1), 1, levels).empty());
-    CHECK(jpeg_of(std::vector<std::uint16_t>(most_jpeg_side + 1), most_jpeg_side + 1, levels).empty());
-    CHECK_FALSE(jpeg_of(std::vector<std::uint16_t>(most_jpeg_side), 1, levels).empty());
+    CHECK(jpeg_of(std::vector<std::uint16_t>(max_jpeg_side + 1), 1, levels).empty());
+    CHECK(jpeg_of(std::vector<std::uint16_t>(max_jpeg_side + 1), max_jpeg_side + 1, levels).empty());
+    CHECK_FALSE(jpeg_of(std::vector<std::uint16_t>(max_jpeg_side), 1, levels).empty());
 }
 
 TEST_CASE("a picture of a frame is made once for all viewers", "[web]") {
@@ -135,7 +135,7 @@ TEST_CASE("over the budget those who take any encoding get JPEGs before larger b
     CHECK(count_of(many, true) == 20);
     for (const Share& share : many) {
         CHECK(share.view.bin == 1);
-        CHECK(share.hz >= least_hz);
+        CHECK(share.hz >= min_hz);
     }
     for (const Share& share : shared_out(viewers(20, PictureEncoding::u16), 12e6)) {
         CHECK_FALSE(share.jpeg);

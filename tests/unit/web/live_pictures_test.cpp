@@ -36,7 +36,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto patience = 60s;
+constexpr auto timeout = 60s;
 constexpr std::int32_t width = 37, height = 23; // no multiples of anything
 
 /// Number of each pixel of a frame.
@@ -144,12 +144,12 @@ public:
     void view(const CameraId& camera, double max_hz = 60) { pictures_.view(id_, {camera, {}, max_hz}); }
     void ready() { pictures_.ready(id_); }
     /// The next picture; none: it did not come in time.
-    std::optional<LiveDelivery> picture(std::chrono::milliseconds longest = patience) {
+    std::optional<LiveDelivery> picture(std::chrono::milliseconds longest = timeout) {
         return next(longest, [](const LiveDelivery& one) { return one.pixels != nullptr; });
     }
     /// The next text that begins so.
     std::optional<LiveDelivery> text(std::string_view begin) {
-        return next(patience, [begin](const LiveDelivery& one) { return one.text.starts_with(begin); });
+        return next(timeout, [begin](const LiveDelivery& one) { return one.text.starts_with(begin); });
     }
 
 private:
@@ -267,13 +267,13 @@ TEST_CASE("viewers that come and go leave no files and no threads behind", "[web
         return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
     };
     // The ring keeps the events of the readers that it has been handed to last.
-    for (std::size_t i = 0; i < transports::FrameRing::most_told + 1; ++i)
+    for (std::size_t i = 0; i < transports::FrameRing::max_reported + 1; ++i)
         visit(), rest();
     const auto files = open_files(), count = threads();
     for (int i = 0; i < 12; ++i)
         visit(), rest();
     // A look at the daemons holds some of its own.
-    const auto end = std::chrono::steady_clock::now() + patience;
+    const auto end = std::chrono::steady_clock::now() + timeout;
     while (open_files() > files && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(5ms);
     CHECK(open_files() <= files);

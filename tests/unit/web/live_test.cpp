@@ -337,7 +337,7 @@ TEST_CASE("over the budget first the rate is lowered, then the view", "[web]") {
 
 TEST_CASE("no mixture of viewers takes more than the budget", "[web]") {
     std::mt19937 dice(9);
-    const auto side = [&dice] { return static_cast<std::uint32_t>(1 + dice() % View::most_side); };
+    const auto side = [&dice] { return static_cast<std::uint32_t>(1 + dice() % View::max_side); };
     for (int round = 0; round < 300; ++round) {
         std::vector<Wish> wishes;
         for (std::size_t i = 0, n = 1 + dice() % 24; i < n; ++i)
@@ -349,9 +349,9 @@ TEST_CASE("no mixture of viewers takes more than the budget", "[web]") {
             sum += bytes_of(shares[i]);
             REQUIRE(shares[i].hz > 0);
             REQUIRE(shares[i].hz <= wishes[i].hz);
-            REQUIRE(shares[i].view.bytes() <= most_picture_bytes);
-            const bool fast_enough = shares[i].hz >= std::min(wishes[i].hz, least_hz) * (1 - 1e-9);
-            REQUIRE((fast_enough || shares[i].view.bin == View::most_bin));
+            REQUIRE(shares[i].view.bytes() <= max_picture_bytes);
+            const bool fast_enough = shares[i].hz >= std::min(wishes[i].hz, min_hz) * (1 - 1e-9);
+            REQUIRE((fast_enough || shares[i].view.bin == View::max_bin));
         }
         REQUIRE(sum <= budget * (1 + 1e-9));
     }

@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto patience = 60s;
+constexpr auto timeout = 60s;
 
 Response answer(unsigned status) {
     Response response;
@@ -51,7 +51,7 @@ unsigned done(Worker& worker, Job job) {
     auto status = promise->get_future();
     if (!worker.take(std::move(job), [promise](const Response& r) { promise->set_value(r.status); }))
         return 0;
-    return status.wait_for(patience) == std::future_status::ready ? status.get() : 1;
+    return status.wait_for(timeout) == std::future_status::ready ? status.get() : 1;
 }
 
 /// Opens when it ends, so that the worker can end.
@@ -66,7 +66,7 @@ struct Gate {
 TEST_CASE("a job that waits for its daemon holds up no job of another one", "[web]") {
     Worker worker;
     const Gate gate;
-    for (std::size_t i = 0; i < Worker::most_jobs; ++i)
+    for (std::size_t i = 0; i < Worker::max_jobs; ++i)
         REQUIRE(worker.take(waiting("7", gate.future), [](const Response&) {}));
     CHECK(done(worker, quick("7")) == 0); // no more of that daemon
     CHECK(done(worker, quick("8")) == 200);
@@ -76,10 +76,10 @@ TEST_CASE("a job that waits for its daemon holds up no job of another one", "[we
 TEST_CASE("daemons that do not answer take a bounded number of threads", "[web]") {
     Worker worker;
     for (int round = 0; round < 3; ++round) // those without jobs make room
-        for (std::size_t i = 0; i < Worker::most_lanes; ++i)
+        for (std::size_t i = 0; i < Worker::max_lanes; ++i)
             CHECK(done(worker, quick(std::to_string(round) + " " + std::to_string(i))) == 200);
     const Gate gate;
-    for (std::size_t i = 0; i < Worker::most_lanes; ++i)
+    for (std::size_t i = 0; i < Worker::max_lanes; ++i)
         REQUIRE(worker.take(waiting(std::to_string(i), gate.future), [](const Response&) {}));
     CHECK(done(worker, quick("one more")) == 0);
 }

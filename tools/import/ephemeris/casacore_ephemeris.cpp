@@ -64,8 +64,8 @@ public:
         if (text() != "RecordDesc") damaged("a description of keywords");
         (void)integer(); // version
         const std::uint32_t count = integer();
-        constexpr std::uint32_t most_keywords = 10'000;
-        if (count > most_keywords) damaged("a count of keywords");
+        constexpr std::uint32_t max_keywords = 10'000;
+        if (count > max_keywords) damaged("a count of keywords");
         std::vector<std::pair<std::string, std::uint32_t>> fields;
         for (std::uint32_t i = 0; i < count; ++i) {
             std::string name = text();

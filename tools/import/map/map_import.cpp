@@ -116,7 +116,7 @@ std::string source_text(const std::vector<std::string>& files) {
 
 void compare_with_label(const MapSource& map, const MapImportReport& report, MapRemarks& remarks) {
     const MapNumbers& n = map.numbers();
-    for (const auto& [key, stated, found] : {std::tuple{"MINIMUM", n.stated_least, report.least_number},
+    for (const auto& [key, stated, found] : {std::tuple{"MINIMUM", n.stated_least, report.min_number},
                                              {"MAXIMUM", n.stated_largest, report.largest_number}}) {
         if (!stated || !std::isfinite(found)) continue;
         // Labels state numbers or values.
@@ -281,7 +281,7 @@ MapImportReport import_map(
         return progress(task.output.filename().string(), done, total);
     };
     report.written = terrain::write_obt(task.output, metadata, source, options);
-    report.least_number = static_cast<double>(source.least()) + values.shift;
+    report.min_number = static_cast<double>(source.least()) + values.shift;
     report.largest_number = static_cast<double>(source.largest()) + values.shift;
     if (!report.missing_known && finest->by_rows() && report.written.resumed == 0) {
         report.missing = source.missing();

@@ -33,7 +33,7 @@ struct MapImportReport {
     std::uint64_t missing = 0;      ///< samples, if `missing_known`
     bool missing_known = false;
     std::uint64_t filled = 0;
-    double least_number = 0, largest_number = 0; ///< as read, in the files' numbers
+    double min_number = 0, largest_number = 0; ///< as read, in the files' numbers
     double seconds = 0;
 };
 

@@ -67,7 +67,7 @@ template<typename T>
 void to_floats(std::span<const std::byte> bytes, const MapNumbers& numbers, double shift,
                std::span<float> out) {
     constexpr float none = std::numeric_limits<float>::quiet_NaN();
-    const bool bounded = std::isfinite(numbers.least_valid) || std::isfinite(numbers.largest_valid);
+    const bool bounded = std::isfinite(numbers.min_valid) || std::isfinite(numbers.largest_valid);
     const bool plain = numbers.missing.empty() && !bounded;
     for (std::size_t i = 0; i < out.size(); ++i) {
         T raw;
@@ -78,7 +78,7 @@ void to_floats(std::span<const std::byte> bytes, const MapNumbers& numbers, doub
             if (!(std::abs(number) < 1e30)) out[i] = none;
         }
         if (plain) continue;
-        bool missing = number < numbers.least_valid || number > numbers.largest_valid;
+        bool missing = number < numbers.min_valid || number > numbers.largest_valid;
         for (const double m : numbers.missing)
             missing |= number == m || static_cast<float>(number) == static_cast<float>(m);
         if (missing) out[i] = none;
@@ -182,7 +182,7 @@ bool MapSource::by_rows() const {
 }
 
 bool MapSource::may_have_holes() const {
-    return numbers_.masked || !numbers_.missing.empty() || std::isfinite(numbers_.least_valid) ||
+    return numbers_.masked || !numbers_.missing.empty() || std::isfinite(numbers_.min_valid) ||
            std::isfinite(numbers_.largest_valid) || numbers_.type == GdalType::f32 ||
            numbers_.type == GdalType::f64;
 }
@@ -238,18 +238,18 @@ void MapSource::numbers_of_label(MapRemarks& remarks) {
 void MapSource::numbers_of_isis() {
     switch (numbers_.type) {
     case GdalType::u8:
-        numbers_.least_valid = 1;
+        numbers_.min_valid = 1;
         numbers_.largest_valid = 254;
         break;
     case GdalType::i16:
-        numbers_.least_valid = -32752;
+        numbers_.min_valid = -32752;
         break;
     case GdalType::u16:
-        numbers_.least_valid = 3;
+        numbers_.min_valid = 3;
         numbers_.largest_valid = 65522;
         break;
     default:
-        numbers_.least_valid = -3.402822655089e38;
+        numbers_.min_valid = -3.402822655089e38;
         break;
     }
     numbers_.missing.clear();

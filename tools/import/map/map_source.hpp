@@ -24,7 +24,7 @@ struct MapNumbers {
     std::string unit;    ///< as stated; empty: it is not
     /// Numbers of missing samples; of others, these bounds.
     std::vector<double> missing;
-    double least_valid = -std::numeric_limits<double>::infinity();
+    double min_valid = -std::numeric_limits<double>::infinity();
     double largest_valid = std::numeric_limits<double>::infinity();
     bool masked = false;
     /// Range of all numbers that the label states.

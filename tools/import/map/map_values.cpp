@@ -30,8 +30,8 @@ std::optional<double> metres_of(std::string unit) {
 }
 
 /// Whether all values may be distances from the centre of a body of about that radius; Eros: 0.37 to 2.1.
-bool are_radii(double least_m, double largest_m, double radius_m) {
-    return least_m > 0.3 * radius_m && largest_m < 2.2 * radius_m;
+bool are_radii(double min_m, double largest_m, double radius_m) {
+    return min_m > 0.3 * radius_m && largest_m < 2.2 * radius_m;
 }
 
 double mean(Vec3 radii) {

@@ -8,7 +8,7 @@ namespace {
 
 /// Numbers of a strip, and strips that are kept: 160 MB.
 constexpr std::int64_t strip_numbers = std::int64_t{2} << 20;
-constexpr std::size_t most_strips = 20;
+constexpr std::size_t max_strips = 20;
 
 } // namespace
 
@@ -43,7 +43,7 @@ void ReadAhead::run() {
         Strip strip;
         {
             std::unique_lock lock(mutex_);
-            changed_.wait(lock, [&] { return end_ || (next_ < h && strips_.size() < most_strips); });
+            changed_.wait(lock, [&] { return end_ || (next_ < h && strips_.size() < max_strips); });
             if (end_) return;
             strip.y = next_;
             strip.rows = std::min(most, h - next_);

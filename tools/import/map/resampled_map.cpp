@@ -22,7 +22,7 @@ using terrain::SamplePlace;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int map_block_edge = 256;
 /// Samples of the file that are read for a block.
-constexpr double most_source_samples = 4e6;
+constexpr double max_source_samples = 4e6;
 
 SamplePlace pixel_of(const std::array<double, 6>& t, double x, double y) {
     const double determinant = t[1] * t[5] - t[2] * t[4], dx = x - t[0], dy = y - t[3];
@@ -297,7 +297,7 @@ void ResampledMap::resample(std::uint32_t plane, const Block& block, float* out,
     if (std::isnan(middle)) return fill();
     // A block on both sides of a cut of the projection takes in much of the file.
     const double area = (right - left + 4) * (bottom - top + 4);
-    if (area > most_source_samples && (block.columns > 1 || block.rows > 1)) {
+    if (area > max_source_samples && (block.columns > 1 || block.rows > 1)) {
         const int c = std::max(1, block.columns / 2), r = std::max(1, block.rows / 2);
         for (int j = 0; j < block.rows; j += r)
             for (int i = 0; i < block.columns; i += c)

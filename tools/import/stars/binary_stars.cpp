@@ -189,8 +189,8 @@ public:
             fits_read_key(fits_, TLONGLONG, "NAXIS1", &width, nullptr, &status);
             fits_read_key(fits_, TLONGLONG, "NAXIS2", &rows, nullptr, &status);
             fits_get_hduaddrll(fits_, &header, &data, &end, &status);
-            constexpr LONGLONG most_rows = 200'000'000;
-            if (status != 0 || rows < 0 || rows > most_rows || data < 0 ||
+            constexpr LONGLONG max_rows = 200'000'000;
+            if (status != 0 || rows < 0 || rows > max_rows || data < 0 ||
                 width != static_cast<LONGLONG>(row_bytes))
                 break;
             return bytes_of_record(file_, static_cast<std::uint64_t>(data),

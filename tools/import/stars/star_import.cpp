@@ -193,16 +193,16 @@ std::uint64_t merge_stars(std::vector<ephemeris::CatalogueStar>& stars,
 
 double likely_complete_v(const std::vector<ephemeris::CatalogueStar>& stars) {
     constexpr double bin_mag = 0.5;
-    constexpr double least_growth = 1.2;
-    constexpr std::size_t least_stars = 50;
+    constexpr double min_growth = 1.2;
+    constexpr std::size_t min_stars = 50;
     std::map<int, std::size_t> bins;
     for (const ephemeris::CatalogueStar& star : stars)
         ++bins[static_cast<int>(std::floor(star.magnitude_v / bin_mag))];
     double complete = std::numeric_limits<double>::quiet_NaN();
     for (const auto& [bin, count] : bins) {
         const auto before = bins.find(bin - 1);
-        if (before == bins.end() || before->second < least_stars) continue;
-        if (static_cast<double>(count) < least_growth * static_cast<double>(before->second)) break;
+        if (before == bins.end() || before->second < min_stars) continue;
+        if (static_cast<double>(count) < min_growth * static_cast<double>(before->second)) break;
         complete = (bin + 1) * bin_mag;
     }
     return complete;

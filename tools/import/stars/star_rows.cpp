@@ -274,8 +274,8 @@ bool set_place(double right_ascension_deg, double declination_deg, CatalogueStar
 }
 
 void move_to_j2000(double year, CatalogueStar& star) {
-    constexpr double most_years = 1000;
-    star.direction = direction_at(star, std::clamp(2000 - year, -most_years, most_years), {});
+    constexpr double max_years = 1000;
+    star.direction = direction_at(star, std::clamp(2000 - year, -max_years, max_years), {});
 }
 
 void set_type(std::string_view text, CatalogueStar& star) {
@@ -292,14 +292,14 @@ void set_type(std::string_view text, CatalogueStar& star) {
 StarRow checked(const CatalogueStar& star) {
     const auto outside = [](double value, double from, double to) { return !(value >= from && value <= to); };
     // The fastest star moves by 10.4 arc seconds a year, and the largest parallax is 0.77.
-    constexpr double most_motion = 20'000, most_parallax = 1000;
+    constexpr double max_motion = 20'000, max_parallax = 1000;
     if (outside(star.magnitude_v, -30, 32))
         return StarRow::refuse("magnitude not possible", fmt::format("V {}", star.magnitude_v));
-    if (outside(star.motion_ra_mas_yr, -most_motion, most_motion) ||
-        outside(star.motion_dec_mas_yr, -most_motion, most_motion))
+    if (outside(star.motion_ra_mas_yr, -max_motion, max_motion) ||
+        outside(star.motion_dec_mas_yr, -max_motion, max_motion))
         return StarRow::refuse("proper motion not possible",
                                fmt::format("{}, {} mas/yr", star.motion_ra_mas_yr, star.motion_dec_mas_yr));
-    if (outside(star.parallax_mas, -most_parallax, most_parallax))
+    if (outside(star.parallax_mas, -max_parallax, max_parallax))
         return StarRow::refuse("parallax not possible", fmt::format("{} mas", star.parallax_mas));
     StarRow row{StarRow::Kind::star, star};
     // Negative ones are errors of measurement about a small value.

@@ -23,8 +23,8 @@ protected:
 
     /// Declares the options, after the positional arguments of the verb.
     void declare_daemon(host::CommandLine& line) { daemon_.declare(line, has_); }
-    [[nodiscard]] std::unique_ptr<host::DaemonCalls> connect(double patience_s = 90) const {
-        return daemon_.connect(name_, patience_s);
+    [[nodiscard]] std::unique_ptr<host::DaemonCalls> connect(double timeout_s = 90) const {
+        return daemon_.connect(name_, timeout_s);
     }
     /// What run() does.
     virtual int work() = 0;

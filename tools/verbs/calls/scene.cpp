@@ -63,8 +63,8 @@ public:
 
 protected:
     int work() override {
-        constexpr double longest_build_s = 600;
-        (void)connect(longest_build_s)->ask("scene.show", {{"file", scene_}});
+        constexpr double max_build_s = 600;
+        (void)connect(max_build_s)->ask("scene.show", {{"file", scene_}});
         fmt::print("{} is shown\n", scene_);
         return exit_ok;
     }

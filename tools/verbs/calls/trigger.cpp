@@ -77,8 +77,8 @@ private:
     /// The sensor may still read out the frame before.
     void wait_until_ready(host::DaemonCalls& calls) const {
         const host::CallJson::json_pointer ready(fmt::format("/cameras/{}/trigger_ready", daemon().camera()));
-        constexpr int most_looks = 600; // one a tick of the daemon: a minute
-        for (int i = 0; i < most_looks; ++i)
+        constexpr int max_polls = 600; // one a tick of the daemon: a minute
+        for (int i = 0; i < max_polls; ++i)
             if (calls.ask("state", host::CallJson::object()).value(ready, true)) return;
     }
 

@@ -177,7 +177,7 @@ void GvspSender::loop() {
         if (got) {
             rest_.notify();
         } else {
-            wake_.wait(seen, clock_.now() + Heartbeat::longest_wait_ns);
+            wake_.wait(seen, clock_.now() + Heartbeat::max_wait_ns);
         }
     }
     working_.store(false);
@@ -371,7 +371,7 @@ bool GvspSender::send_payload(Block& block) noexcept {
 // discards it.
 void GvspSender::wait_for_rows(const Block& block, std::uint32_t seen, Time& silent_since) noexcept {
     const Time now = clock_.now();
-    Time until = now + Heartbeat::longest_wait_ns;
+    Time until = now + Heartbeat::max_wait_ns;
     if (keep_alive_ns_ > 0 && block.newest) {
         if (now - silent_since >= keep_alive_ns_) {
             queue_packet(block, *block.newest, false);
@@ -397,7 +397,7 @@ void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
         }
         serve_resends();
         heartbeat_.beat();
-        wake_.wait(seen, std::min(due, now + Heartbeat::longest_wait_ns));
+        wake_.wait(seen, std::min(due, now + Heartbeat::max_wait_ns));
     }
     due += session_->packet_interval_ns * packets;
 }
@@ -472,7 +472,7 @@ void GvspSender::wait_out_delay(double delay_us) noexcept {
         if (now >= until) break;
         heartbeat_.beat(); // a client sets the delay: a long one is no hung thread
         serve_resends();
-        wake_.wait(seen, std::min(until, now + Heartbeat::longest_wait_ns));
+        wake_.wait(seen, std::min(until, now + Heartbeat::max_wait_ns));
     }
 }
 

@@ -100,7 +100,7 @@ void MessageChannel::loop() {
         const std::uint32_t seen = wake_.value();
         EventMessage message;
         if (!pop(message)) {
-            wake_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+            wake_.wait(seen, MonotonicClock().now() + Heartbeat::max_wait_ns);
             continue;
         }
         MessageConfig config;

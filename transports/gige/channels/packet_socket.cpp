@@ -35,9 +35,9 @@ void PacketSocket::open(const NetworkInterface& network, std::size_t send_buffer
     const int buffer = static_cast<int>(std::min<std::size_t>(send_buffer_bytes, 1U << 30));
     setsockopt(fd_.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
     // A stalled link must not block the sender for ever.
-    timeval patience{};
-    patience.tv_usec = 50'000;
-    setsockopt(fd_.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    timeval timeout{};
+    timeout.tv_usec = 50'000;
+    setsockopt(fd_.get(), SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
     in_addr interface {};
     interface.s_addr = htonl(network.address);
     setsockopt(fd_.get(), IPPROTO_IP, IP_MULTICAST_IF, &interface, sizeof interface);

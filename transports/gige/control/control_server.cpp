@@ -97,8 +97,8 @@ bool ControlServer::run(const std::function<void()>& work) {
 }
 
 void ControlServer::announce_disk() noexcept {
-    constexpr std::int64_t longest_write_ns = 60 * ns_per_s;
-    heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
+    constexpr std::int64_t max_write_ns = 60 * ns_per_s;
+    heartbeat_.allow_silence_until(MonotonicClock().now() + max_write_ns);
 }
 
 void ControlServer::stop() {
@@ -116,10 +116,9 @@ void ControlServer::loop() {
     enter_thread(heartbeat_.name().c_str(), thread_settings_);
     for (;;) {
         heartbeat_.beat();
-        constexpr int longest_wait_ms = Heartbeat::longest_wait_ns / ns_per_ms;
+        constexpr int max_wait_ms = Heartbeat::max_wait_ns / ns_per_ms;
         std::array<epoll_event, 8> events{};
-        const int n =
-            epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), longest_wait_ms);
+        const int n = epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), max_wait_ms);
         for (int i = 0; i < n; ++i) {
             const int fd = events[static_cast<std::size_t>(i)].data.fd;
             if (fd == stop_event_.get()) return;

@@ -10,9 +10,9 @@ namespace obscura::transports::gige {
 namespace {
 
 std::uint64_t get_resulting_frame_rate(const Feature& f, DeviceContext& d, std::uint32_t) {
-    constexpr double most_hz = 2e6; // what 32 bits hold in mHz
+    constexpr double max_rate_hz = 2e6; // what 32 bits hold in mHz
     const std::int64_t period_ns = readout_answer(d).frame_period_ns;
-    return period_ns > 0 ? to_word(f, std::min(1e9 / static_cast<double>(period_ns), most_hz)) : 0U;
+    return period_ns > 0 ? to_word(f, std::min(1e9 / static_cast<double>(period_ns), max_rate_hz)) : 0U;
 }
 
 /// One bit for each item of AcquisitionStatusSelector.

@@ -8,7 +8,7 @@ namespace obscura::transports::gige {
 namespace {
 
 /// How long AcquisitionStop waits for the block in progress.
-constexpr std::int64_t stop_patience_ns = 2 * ns_per_s;
+constexpr std::int64_t stop_timeout_ns = 2 * ns_per_s;
 
 } // namespace
 
@@ -88,7 +88,7 @@ Status acquisition_stop(DeviceContext& d) {
     // the next stream, whose receiver would then take every new block for a late one.
     d.stream.abort();
     d.control.acquisition_stop(true);
-    return d.stream.wait_idle(stop_patience_ns) ? Status::success : Status::busy;
+    return d.stream.wait_idle(stop_timeout_ns) ? Status::success : Status::busy;
 }
 
 Status check_destination(const DeviceContext& d, std::uint32_t ip) {
@@ -105,7 +105,7 @@ Status write_stream_port(DeviceContext& d, std::uint32_t value) {
         d.stream.abort();
         if (value == 0) {
             d.control.acquisition_stop(true);
-            d.stream.wait_idle(stop_patience_ns);
+            d.stream.wait_idle(stop_timeout_ns);
         }
     }
     d.bank.poke(reg::stream_port, value);

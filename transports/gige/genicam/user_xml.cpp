@@ -98,7 +98,7 @@ void UserXml::map_registers() {
     ranges_ = engine_->registers();
     std::sort(ranges_.begin(), ranges_.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
     for (const auto& r : ranges_) {
-        longest_range_ = std::max(longest_range_, r.end - r.begin);
+        max_range_ = std::max(max_range_, r.end - r.begin);
         if (r.begin < manufacturer_begin) continue;
         const std::uint64_t last =
             std::min<std::uint64_t>(r.end - 1 + (r.indexed ? indexed_reach : 0), UINT32_MAX);
@@ -124,9 +124,8 @@ bool UserXml::may_write(std::uint64_t address, std::size_t bytes) const {
     // A byte is writable if one of its registers is, or if it belongs to none (indexed registers).
     for (std::uint64_t at = address; at < address + bytes; ++at) {
         bool named = false, writable = false;
-        auto r =
-            std::lower_bound(ranges_.begin(), ranges_.end(), at >= longest_range_ ? at - longest_range_ : 0,
-                             [](const auto& range, std::uint64_t a) { return range.begin < a; });
+        auto r = std::lower_bound(ranges_.begin(), ranges_.end(), at >= max_range_ ? at - max_range_ : 0,
+                                  [](const auto& range, std::uint64_t a) { return range.begin < a; });
         for (; r != ranges_.end() && r->begin <= at; ++r) {
             if (at >= r->end) continue;
             named = true;

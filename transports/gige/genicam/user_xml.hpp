@@ -116,7 +116,7 @@ private:
     std::map<std::uint64_t, Page> pages_;              // written so far
     std::map<std::uint64_t, bool> known_pages_;        // page number; value unused
     std::vector<GenicamEngine::RegisterRange> ranges_; // sorted by begin
-    std::uint64_t longest_range_ = 0;
+    std::uint64_t max_range_ = 0;
     std::vector<Recorded>* recording_ = nullptr;
     std::vector<GenicamEngine::RegisterRange>* noting_loads_ = nullptr;
     std::uint8_t fill_ = 0; // returned by loads while stores are recorded

@@ -35,16 +35,17 @@ std::string one_field(const std::string& payload) {
     return u32(1) + ascii("x") + payload;
 }
 
-Fields decode(std::string_view text, const DoorLimits& limits = {}) {
+Fields decode(std::string_view text, const CompatibleLimits& limits = {}) {
     Decoder decoder(limits);
     REQUIRE(decoder.read(text) == text.size());
     REQUIRE(decoder.complete());
     return decoder.take();
 }
-Value decode_value(const std::string& payload, const DoorLimits& limits = {}) {
+Value decode_value(const std::string& payload, const CompatibleLimits& limits = {}) {
     return decode(one_field(payload), limits).at(0).value;
 }
-void check_refused(std::string_view text, const char* what, FailureCode code, const DoorLimits& limits = {}) {
+void check_refused(std::string_view text, const char* what, FailureCode code,
+                   const CompatibleLimits& limits = {}) {
     Decoder decoder(limits);
     try {
         (void)decoder.read(text);
@@ -151,7 +152,7 @@ TEST_CASE("counts and lengths that no message can have are refused at once", "[s
 }
 
 TEST_CASE("nesting is limited, however deep it goes on", "[service]") {
-    const DoorLimits limits;
+    const CompatibleLimits limits;
     std::string deep;
     for (int i = 0; i < 100'000; ++i)
         deep += value(9, u32(1));
@@ -163,7 +164,7 @@ TEST_CASE("nesting is limited, however deep it goes on", "[service]") {
 }
 
 TEST_CASE("the values of a message are limited in all", "[service]") {
-    DoorLimits limits;
+    CompatibleLimits limits;
     limits.values = 10;
     std::string list = value(9, u32(4) + value(0) + value(0) + value(0) + value(0));
     (void)decode_value(value(9, u32(1) + list), limits);
@@ -179,7 +180,7 @@ TEST_CASE("the values of a message are limited in all", "[service]") {
 }
 
 TEST_CASE("the bytes of a message are limited in all", "[service]") {
-    DoorLimits limits;
+    CompatibleLimits limits;
     limits.message_bytes = 100;
     check_refused(one_field(value(12, u32(90) + std::string(90, 'x'))), "larger than the limit",
                   FailureCode::too_large, limits);

@@ -75,7 +75,7 @@ private:
 };
 
 struct Bench {
-    explicit Bench(const compatible::DoorLimits& door = {}, std::size_t clients = 16) {
+    explicit Bench(const compatible::CompatibleLimits& door = {}, std::size_t clients = 16) {
         Limits limits;
         limits.clients = clients;
         auto server = std::make_unique<Server>(limits, native_, std::vector<Listener>());
@@ -150,7 +150,7 @@ public:
 private:
     FileDescriptor socket_;
     std::string input_;
-    compatible::Decoder decoder_{compatible::DoorLimits{}};
+    compatible::Decoder decoder_{compatible::CompatibleLimits{}};
 };
 
 } // namespace
@@ -186,7 +186,7 @@ TEST_CASE("pictures that are asked for and not read do not gather", "[service]")
 }
 
 TEST_CASE("after an error the next picture is never the one before", "[service]") {
-    compatible::DoorLimits limits;
+    compatible::CompatibleLimits limits;
     limits.hold_ms = 1h;
     Bench bench(limits);
     Client client(bench);
@@ -204,7 +204,7 @@ TEST_CASE("after an error the next picture is never the one before", "[service]"
 }
 
 TEST_CASE("a client that ignores errors is answered in the end", "[service]") {
-    compatible::DoorLimits limits;
+    compatible::CompatibleLimits limits;
     limits.hold_ms = 50ms;
     Bench bench(limits);
     Client client(bench);
@@ -256,8 +256,8 @@ TEST_CASE("a fault of the encoding is told, and ends the connection", "[service]
 
 TEST_CASE("what comes after a fault of the encoding is thrown away until the client has read its line",
           "[service]") {
-    compatible::DoorLimits limits;
-    limits.farewell_ms = 60s;
+    compatible::CompatibleLimits limits;
+    limits.linger_timeout_ms = 60s;
     Bench bench(limits);
     Client client(bench);
     client.write(std::string_view("\0\0\0\1\0\0\0\3abc", 11));
@@ -290,7 +290,7 @@ TEST_CASE("a client that is gone without close cancels its rendering", "[service
 }
 
 TEST_CASE("requests wait outside while too many are to be done", "[service]") {
-    compatible::DoorLimits limits;
+    compatible::CompatibleLimits limits;
     limits.requests = 8;
     Bench bench(limits);
     Client client(bench);
@@ -313,7 +313,7 @@ TEST_CASE("a client beyond the limit gets a line, and its connection is closed",
 }
 
 TEST_CASE("a message that does not end is given up", "[service]") {
-    compatible::DoorLimits limits;
+    compatible::CompatibleLimits limits;
     limits.message_ms = 100ms;
     Bench bench(limits);
     Client client(bench);

@@ -17,7 +17,7 @@ using Clock = Outbox::Clock;
 
 /// An outbox, the clock that it sees, and what a client that reads everything has got.
 struct Bench {
-    DoorLimits limits;
+    CompatibleLimits limits;
     Outbox outbox{limits};
     Clock::time_point now{};
 

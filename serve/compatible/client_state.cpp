@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 
 #include "core/io/memory_budget.hpp"
 #include "serve/compatible/scene_tables.hpp"
@@ -87,7 +87,7 @@ void add(const std::vector<float>& planes, float share, const Region& window, Pi
 }
 
 /// Folders and files beside the root that the scene may name.
-std::vector<std::filesystem::path> folders_of(const DoorSettings& settings, const SessionFolder& own) {
+std::vector<std::filesystem::path> folders_of(const CompatibleSettings& settings, const SessionFolder& own) {
     std::vector<std::filesystem::path> all = settings.resources.files();
     all.push_back(own.path());
     all.push_back(settings.output);
@@ -114,8 +114,8 @@ Quat attitude_of(const std::vector<double>& n, Object::Kind kind, const Conventi
     return q;
 }
 
-Door::Door(const DoorSettings& settings, service::MemoryAccount& memory)
-    : files(settings.root, settings.output, settings.most_bytes, settings.resources),
+ClientState::ClientState(const CompatibleSettings& settings, service::MemoryAccount& memory)
+    : files(settings.root, settings.output, settings.max_bytes, settings.resources),
       own(settings.scene_bytes),
       settings_(settings),
       memory_(memory),
@@ -124,7 +124,7 @@ Door::Door(const DoorSettings& settings, service::MemoryAccount& memory)
     reset();
 }
 
-void Door::reset() {
+void ClientState::reset() {
     camera = {};
     const std::int32_t compression = rendering.compression;
     rendering = {};
@@ -148,13 +148,13 @@ void Door::reset() {
     objects.emplace("sun", sun);
 }
 
-Object* Door::find(std::string_view name) {
+Object* ClientState::find(std::string_view name) {
     const auto alias = aliases.find(std::string(name));
     const auto found = objects.find(alias != aliases.end() ? alias->second : std::string(name));
     return found != objects.end() ? &found->second : nullptr;
 }
 
-Object& Door::object(std::string_view name, std::string_view call) {
+Object& ClientState::object(std::string_view name, std::string_view call) {
     if (Object* const found = find(name)) return *found;
     std::string known;
     for (const auto& [other, object] : objects)
@@ -164,11 +164,11 @@ Object& Door::object(std::string_view name, std::string_view call) {
                                             config::printable(name, 60), config::printable(known, 260)));
 }
 
-json Door::scene() {
+json ClientState::scene() {
     return scene_tables(*this);
 }
 
-void Door::load_scene(service::Work& work) {
+void ClientState::load_scene(service::Work& work) {
     json tree = scene();
     if (tree == loaded_) return;
     loaded_ = nullptr;
@@ -178,11 +178,11 @@ void Door::load_scene(service::Work& work) {
     loaded_ = std::move(tree);
 }
 
-void Door::render(service::Work& work) {
+void ClientState::render(service::Work& work) {
     render({Region{0, 0, camera.width, camera.height}}, work);
 }
 
-void Door::render(const std::vector<Region>& windows, service::Work& work) {
+void ClientState::render(const std::vector<Region>& windows, service::Work& work) {
     picture.reset();
     Picture made;
     made.width = camera.width;
@@ -216,8 +216,8 @@ void Door::render(const std::vector<Region>& windows, service::Work& work) {
     picture = std::move(made);
 }
 
-std::vector<float> Door::light_of(const Region& window, std::uint32_t samples, std::uint64_t frame,
-                                  service::Work& work) {
+std::vector<float> ClientState::light_of(const Region& window, std::uint32_t samples, std::uint64_t frame,
+                                         service::Work& work) {
     const json request{{"call", "render"},
                        {"time_s", camera.integration_s / 2},
                        {"exposure_s", camera.integration_s},
@@ -228,7 +228,7 @@ std::vector<float> Door::light_of(const Region& window, std::uint32_t samples, s
     return std::move(service::bind(render_call_.call(), request).run(work).arrays.at(0).floats());
 }
 
-std::vector<double> Door::intersect(const std::vector<renderer::Ray>& rays, service::Work& work) {
+std::vector<double> ClientState::intersect(const std::vector<renderer::Ray>& rays, service::Work& work) {
     // Before the scene is replaced, what the maps of its picture need is computed.
     if (picture && scene() != loaded_) find_surfaces(work);
     load_scene(work);
@@ -239,7 +239,7 @@ std::vector<double> Door::intersect(const std::vector<renderer::Ray>& rays, serv
     return distances;
 }
 
-void Door::find_surfaces(service::Work& work) {
+void ClientState::find_surfaces(service::Work& work) {
     if (!picture || !picture->range_m.empty()) return;
     Picture& p = *picture;
     const renderer::Renderer& renderer = render_call_.current();

@@ -126,24 +126,24 @@ struct Background {
 };
 
 /// What the sessions of a server have in common.
-struct DoorSettings {
+struct CompatibleSettings {
     std::string version;            ///< of the server
     std::filesystem::path root;     ///< absolute folder, below which clients may name files
     std::filesystem::path output{}; ///< absolute folder that they may write to; empty: none
     PictureLimits limits{};
-    ResourceTable resources{};                         ///< files for names that are in neither folder
-    std::uint64_t most_bytes = std::uint64_t{4} << 30; ///< that a client may write in all
+    ResourceTable resources{};                        ///< files for names that are in neither folder
+    std::uint64_t max_bytes = std::uint64_t{4} << 30; ///< that a client may write in all
     /// Size of the files that a client's scene is made of: textures, tables, meshes.
     std::uint64_t scene_bytes = std::uint64_t{1} << 30;
 };
 
 /// State of one client. Thread-bound.
-class Door {
+class ClientState {
 public:
     /// Both outlive this. `memory` counts pictures, their maps and answers.
-    Door(const DoorSettings& settings, service::MemoryAccount& memory);
-    Door(const Door&) = delete;
-    Door& operator=(const Door&) = delete;
+    ClientState(const CompatibleSettings& settings, service::MemoryAccount& memory);
+    ClientState(const ClientState&) = delete;
+    ClientState& operator=(const ClientState&) = delete;
 
     /// Empties the scene and sets the settings back; conventions and folders stay.
     void reset();
@@ -196,7 +196,7 @@ private:
     [[nodiscard]] std::vector<float> light_of(const Region& window, std::uint32_t samples,
                                               std::uint64_t frame, service::Work& work);
 
-    const DoorSettings& settings_;
+    const CompatibleSettings& settings_;
     service::MemoryAccount& memory_;
     SceneCalls scene_calls_;
     RenderCall render_call_;

@@ -2,7 +2,7 @@
 // Host of the compatible protocol in `obscura serve`: each published client has a scene of its own.
 #pragma once
 
-#include "serve/compatible/door.hpp"
+#include "serve/compatible/client_state.hpp"
 #include "service/compatible/limits.hpp"
 #include "service/compatible/session.hpp"
 #include "service/memory_account.hpp"
@@ -15,20 +15,21 @@
 namespace obscura::serve::compatible {
 
 /// Opens sessions with an empty scene.
-class DoorHost final : public service::compatible::Host {
+class CompatibleHost final : public service::compatible::Host {
 public:
-    explicit DoorHost(DoorSettings settings) : settings_(std::move(settings)) {}
+    explicit CompatibleHost(CompatibleSettings settings) : settings_(std::move(settings)) {}
 
     [[nodiscard]] std::unique_ptr<service::compatible::Session> open(service::MemoryAccount& memory) override;
 
 private:
-    const DoorSettings settings_;
+    const CompatibleSettings settings_;
 };
 
 /// The listening endpoint for a server. `clients`: its limit, for the line that one more is sent. `memory`:
 /// of the server's clients. `host` and `memory` outlive it.
-[[nodiscard]] service::Door make_door(service::Listener listener, service::compatible::Host& host,
-                                      const service::compatible::DoorLimits& limits,
-                                      service::MemoryAccount& memory, std::size_t clients);
+[[nodiscard]] service::ListeningEndpoint
+make_compatible_endpoint(service::Listener listener, service::compatible::Host& host,
+                         const service::compatible::CompatibleLimits& limits, service::MemoryAccount& memory,
+                         std::size_t clients);
 
 } // namespace obscura::serve::compatible

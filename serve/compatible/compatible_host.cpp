@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "serve/compatible/door_host.hpp"
+#include "serve/compatible/compatible_host.hpp"
 
 #include "core/error.hpp"
 #include "serve/compatible/handlers.hpp"
@@ -10,9 +10,10 @@
 namespace obscura::serve::compatible {
 namespace {
 
-class DoorSession final : public service::compatible::Session {
+class HostedSession final : public service::compatible::Session {
 public:
-    DoorSession(const DoorSettings& settings, service::MemoryAccount& memory) : door_(settings, memory) {}
+    HostedSession(const CompatibleSettings& settings, service::MemoryAccount& memory)
+        : client_state_(settings, memory) {}
 
     void run(const service::compatible::Command& command, const Arguments& arguments, service::Work& work,
              Reply& reply) override {
@@ -20,7 +21,7 @@ public:
         if (handler == handlers().end())
             throw Failure(FailureCode::unknown_call,
                           fmt::format("{}: not supported by this server", command.name));
-        Request request{command, door_, arguments, reply, work};
+        Request request{command, client_state_, arguments, reply, work};
         try {
             handler->second(request);
         } catch (const Failure& failure) {
@@ -29,24 +30,26 @@ public:
             if (what.starts_with(command.name)) throw;
             throw Failure(failure.code, fmt::format("{}: {}", command.name, what));
         } catch (const Error& error) { // of files
-            throw Failure(FailureCode::bad_argument,
-                          fmt::format("{}: {}", command.name, door_.files.without_folders(error.what())));
+            throw Failure(
+                FailureCode::bad_argument,
+                fmt::format("{}: {}", command.name, client_state_.files.without_folders(error.what())));
         }
     }
 
 private:
-    Door door_;
+    ClientState client_state_;
 };
 
 } // namespace
 
-std::unique_ptr<service::compatible::Session> DoorHost::open(service::MemoryAccount& memory) {
-    return std::make_unique<DoorSession>(settings_, memory);
+std::unique_ptr<service::compatible::Session> CompatibleHost::open(service::MemoryAccount& memory) {
+    return std::make_unique<HostedSession>(settings_, memory);
 }
 
-service::Door make_door(service::Listener listener, service::compatible::Host& host,
-                        const service::compatible::DoorLimits& limits, service::MemoryAccount& memory,
-                        std::size_t clients) {
+service::ListeningEndpoint make_compatible_endpoint(service::Listener listener,
+                                                    service::compatible::Host& host,
+                                                    const service::compatible::CompatibleLimits& limits,
+                                                    service::MemoryAccount& memory, std::size_t clients) {
     return {std::move(listener),
             [&host, &memory, limits](FileDescriptor socket, std::function<void()> wake) {
                 return std::make_unique<service::compatible::Connection>(std::move(socket), limits, host,
