@@ -86,8 +86,8 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
 
 /// Throws ConfigError for a key of more than max_key_parts parts.
 void check_dotted_keys(std::string_view text, const std::string& name) {
-    constexpr std::string_view between_dots = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
-                                              "0123456789_- \t";
+    constexpr std::string_view between_dots =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_- \t";
     std::size_t dots = 0; // of the key, or number, so far
     for (std::size_t at = 0; at < text.size();) {
         const char c = text[at];

@@ -84,7 +84,8 @@ bool load_tiles(emulator::Daemon& daemon) {
         if (const Time now = clock.now(); now >= next) {
             const int percent = static_cast<int>(100 * share);
             log_info("tiles: {} % of those for the first frame", percent);
-            host::notify_service_manager(fmt::format("STATUS=making tiles, {} %\nWATCHDOG=1\n"
+            host::notify_service_manager(fmt::format("STATUS=making tiles, {} %\n"
+                                                     "WATCHDOG=1\n"
                                                      "EXTEND_TIMEOUT_USEC={}",
                                                      percent, 4 * between_ns / ns_per_us));
             next = now + between_ns;
@@ -272,7 +273,8 @@ int main(int argc, char* argv[]) {
         "The camera emulator: renders a scene on every trigger and streams the frames.\n"
         "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP, logs its counters and writes its\n"
         "statistics on SIGUSR1, takes control of its cameras away from their clients on SIGUSR2 (obscura\n"
-        "release). Exit status: 0 success, 64 bad command line, 66 bad input file, 69 interface or\n"
+        "release). "
+        "Exit status: 0 success, 64 bad command line, 66 bad input file, 69 interface or\n"
         "device not available, 70 internal error, 74 output cannot be written, 78 bad configuration.",
         "obscurad"};
     Options options;
@@ -299,8 +301,7 @@ int main(int argc, char* argv[]) {
         ->needs(statistics);
     app.add_option(
            "--timing", options.timing_file,
-           "Write the time stamps of every frame to FILE (CSV, for obscura timing); those of camera[1] to "
-           "FILE.1 and so on")
+           "Write the time stamps of every frame to FILE (CSV, for obscura timing); those of camera[1] to FILE.1 and so on")
         ->type_name("FILE");
     app.set_version_flag("-V,--version", fmt::format("obscurad {}", emulator::version));
     try {
@@ -314,9 +315,9 @@ int main(int argc, char* argv[]) {
         fmt::print(stderr, "{}\n", for_terminal(e.what()));
         return e.status();
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr,
-                   "out of memory: fewer pool frames (daemon.pool_frames), a smaller sensor or a larger "
-                   "daemon.memory_limit_mib may help\n");
+        fmt::print(
+            stderr,
+            "out of memory: fewer pool frames (daemon.pool_frames), a smaller sensor or a larger daemon.memory_limit_mib may help\n");
         return exit_hardware;
     } catch (const std::exception& e) {
         fmt::print(stderr, "internal error: {}\n", for_terminal(e.what()));

@@ -219,9 +219,11 @@ std::string CommandLine::help(std::string_view verb) const {
             out += "  " + example + "\n";
     }
     out +=
-        "\nExit status: 0 success; 1 incomplete (for example frames lost); 64 bad command line; 66 bad\n"
+        "\n"
+        "Exit status: 0 success; 1 incomplete (for example frames lost); 64 bad command line; 66 bad\n"
         "input file; 69 device, interface or daemon not available; 74 output cannot be written; 75 another\n"
-        "client controls the camera; 77 not allowed; 78 bad configuration or refused value. Each error is\n"
+        "client controls the camera; 77 not allowed; 78 bad configuration or refused value. "
+        "Each error is\n"
         "one line on standard error.\n";
     return out;
 }

@@ -156,8 +156,7 @@ void add_gige(Exposition& out, const Labels& labels, const Json& counters) {
     out.declare("gige_commands_received_total", "counter", "Datagrams that came to the control port.");
     out.declare(
         "gige_commands_total", "counter",
-        "Commands that were not simply done: denied, repeated (answered, not done again), or throttled "
-        "(answers withheld).");
+        "Commands that were not simply done: denied, repeated (answered, not done again), or throttled (answers withheld).");
     if (const auto commands = counters.find("commands"); commands != counters.end())
         for (const auto& [result, count] : commands->items()) {
             if (result == "received")
@@ -266,10 +265,9 @@ void add_daemon(Exposition& out, const Labels& daemon, const Json& state) {
                 "When the configuration in use was taken on, at the start or by a reload.");
     if (const Pointer at("/daemon/configured_utc_s"); state.contains(at))
         out.add("config_last_reload_success_timestamp_seconds", "", daemon, state[at]);
-    out.declare(
-        "heartbeat_age_seconds", "gauge",
-        "Time since the last beat of a supervised thread, of several with one name the longest; not of "
-        "those that rest or have announced a wait.");
+    out.declare("heartbeat_age_seconds", "gauge",
+                "Time since the last beat of a supervised thread, of several with one name the longest; "
+                "not of those that rest or have announced a wait.");
     std::map<std::string, double> ages;
     if (state.contains("heartbeats"))
         for (const Json& beat : state["heartbeats"])

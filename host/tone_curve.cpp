@@ -101,10 +101,10 @@ Stretch Stretch::parse(std::string_view verb, std::string_view text, double gamm
         std::string forms;
         for (const KindRow& r : kinds)
             forms += fmt::format("{}{}{}", forms.empty() ? "" : ", ", r.name, r.parameters);
-        throw UsageError(fmt::format(
-            "obscura {}: --stretch \"{}\": allowed are {}, for example percentile:1,99.5; BLACK < WHITE, "
-            "0 <= LOW < HIGH <= 100, SOFTENING 1e-6 to 1, RANGE 1 to 1e9",
-            verb, text.substr(0, 60), forms));
+        throw UsageError(
+            fmt::format("obscura {}: --stretch \"{}\": allowed are {}, for example percentile:1,99.5; "
+                        "BLACK < WHITE, 0 <= LOW < HIGH <= 100, SOFTENING 1e-6 to 1, RANGE 1 to 1e9",
+                        verb, text.substr(0, 60), forms));
     }
     return out;
 }

@@ -32,8 +32,7 @@ Kind kind_of(const std::filesystem::path& file) {
     if (start.starts_with("v/1\x01")) return Kind::exr;
     if (start.find("PDS_VERSION_ID") != std::string_view::npos) return Kind::pds3;
     throw InputError(fmt::format(
-        "{}: not an image of a supported format, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 (an "
-        "image with a detached label: give the label)",
+        "{}: not an image of a supported format, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 (an image with a detached label: give the label)",
         file.string()));
 }
 

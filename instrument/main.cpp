@@ -48,15 +48,14 @@ host::CommandLine declare(Options& options) {
     line.program = "";
     line.summary = "lets test benches command the cameras of a daemon by SCPI and space packets";
     line.description =
-        "Speaks SCPI over TCP and CCSDS space packets over UDP, and makes of them the calls of a "
-        "daemon, whose configuration has [control]. Neither knows passwords: whoever reaches a "
-        "port may do what the port allows, so it listens at the loopback interface.";
+        "Speaks SCPI over TCP and CCSDS space packets over UDP, and makes of them the calls of a daemon, whose configuration has [control]. "
+        "Neither knows passwords: whoever reaches a port may do what the port allows, so it listens at the loopback interface.";
     line.option(
         "--socket", &options.socket, "PATH",
         "Command the daemon with this monitor.socket; needed where several daemons run on this machine");
-    line.option("--control", &options.daemon.address, "ADDRESS",
-                "Call the daemon at its control.unix_socket, or ADDRESS:PORT of its control.listen, without "
-                "looking for it");
+    line.option(
+        "--control", &options.daemon.address, "ADDRESS",
+        "Call the daemon at its control.unix_socket, or ADDRESS:PORT of its control.listen, without looking for it");
     line.option("--token-file", &options.daemon.token_file, "FILE", "Token that the daemon wants over TCP");
     line.option("--scpi", &options.scpi, "ADDRESS:PORT",
                 "Listen here for clients that may change the cameras; port 0: any free one; off: not at all");
@@ -69,9 +68,9 @@ host::CommandLine declare(Options& options) {
     line.option("--lxi", &options.lxi, "ADDRESS:PORT",
                 "Serve the LXI identification over HTTP here, at /lxi/identification");
     line.number("--apid", &options.apid, "N", "First of the four APIDs of the packets", 1, 2036);
-    line.option("--allow", &options.allow, "LIST",
-                "Other machines that may come, like 192.168.7.20,192.168.8.0/24: with it the ports may be of "
-                "other addresses than the loopback interface's");
+    line.option(
+        "--allow", &options.allow, "LIST",
+        "Other machines that may come, like 192.168.7.20,192.168.8.0/24: with it the ports may be of other addresses than the loopback interface's");
     line.flag(
         "--insecure", options.insecure,
         "Allow those addresses without a list: every client that can reach them may do what they allow");
@@ -92,8 +91,8 @@ bool is_loopback(const std::string& address) {
 void check_reach(const Options& options, const char* option, const std::string& address) {
     if (is_loopback(address) || options.insecure || !options.allow.empty()) return;
     throw ConfigError(fmt::format(
-        "obscura-instrument: {} {}: not of the loopback interface, and there are no passwords. Name the "
-        "machines that may come (--allow 192.168.7.20), or use a tunnel (ssh -L 5025:127.0.0.1:5025 HOST)",
+        "obscura-instrument: {} {}: not of the loopback interface, and there are no passwords. "
+        "Name the machines that may come (--allow 192.168.7.20), or use a tunnel (ssh -L 5025:127.0.0.1:5025 HOST)",
         option, address));
 }
 

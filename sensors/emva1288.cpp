@@ -118,12 +118,10 @@ LinearModel evaluate(std::span<const Level> levels, Method method, double dark_v
         }
         if (pp > 0 && largest < min_variance_dn2)
             throw std::invalid_argument(
-                "K cannot be determined: the temporal variance is below 0.24 DN^2, where quantisation hides "
-                "it, at all levels up to 70 % of saturation");
+                "K cannot be determined: the temporal variance is below 0.24 DN^2, where quantisation hides it, at all levels up to 70 % of saturation");
         if (!(xx > 0 && xy > 0 && ps > 0))
             throw std::invalid_argument(
-                "K cannot be determined: mean and temporal variance do not rise with the light below 70 % of "
-                "saturation");
+                "K cannot be determined: mean and temporal variance do not rise with the light below 70 % of saturation");
         m.fit_range = range;
         m.gain_dn_per_e = xy / xx;
         m.responsivity_dn_per_photon = ps / pp;

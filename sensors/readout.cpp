@@ -28,9 +28,9 @@ std::string refuse(const ReadoutSettings& s) {
         return fmt::format("readout.outputs: {}, 1 to 65536 are allowed", s.outputs);
     if (s.sample_instant_ns < 0 || s.sample_instant_ns >= s.reset_instant_ns ||
         s.reset_instant_ns >= s.row_overhead_ns || s.row_overhead_ns > max_row_ns)
-        return fmt::format("readout.sample_instant_ns ({}), reset_instant_ns ({}) and row_overhead_ns ({}): "
-                           "0 <= sample < reset < overhead <= 10 s is allowed",
-                           s.sample_instant_ns, s.reset_instant_ns, s.row_overhead_ns);
+        return fmt::format(
+            "readout.sample_instant_ns ({}), reset_instant_ns ({}) and row_overhead_ns ({}): 0 <= sample < reset < overhead <= 10 s is allowed",
+            s.sample_instant_ns, s.reset_instant_ns, s.row_overhead_ns);
     if (s.frame_overhead_ns < 0 || s.window_overhead_ns < 0 || s.frame_overhead_ns > max_row_ns ||
         s.window_overhead_ns > max_row_ns)
         return fmt::format(
@@ -60,9 +60,9 @@ std::string normalise(const ReadoutSettings& s, std::size_t index, WindowRequest
         return fmt::format("window {}: Width x Height: {}x{}, at least 1x1 is allowed", index, r.width,
                            r.height);
     if (lines && (r.height > 65536 || r.y < 0 || r.y >= s.height))
-        return fmt::format("window {}: OffsetY ({}) must be a row of the array and Height ({}) at most 65536 "
-                           "lines",
-                           index, r.y, r.height);
+        return fmt::format(
+            "window {}: OffsetY ({}) must be a row of the array and Height ({}) at most 65536 lines", index,
+            r.y, r.height);
     Region placed = r;
     if (lines) placed.y = 0;
     const bool aligned = r.x % s.window_step == 0 && r.y % s.window_step == 0;

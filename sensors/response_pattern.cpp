@@ -148,8 +148,7 @@ std::string explain_invalid_prnu(const DetectorSettings& s) {
     const double weights = s.prnu_bowl_weight + s.prnu_gradient_weight + s.prnu_column_weight +
                            (stitched ? s.prnu_stitching_weight : 0);
     if (s.prnu_global == 0 || weights > 0) return {};
-    return "prnu_global needs a weight above 0: prnu_bowl_weight, prnu_gradient_weight, prnu_column_weight, "
-           "or prnu_stitching_weight with more than one field";
+    return "prnu_global needs a weight above 0: prnu_bowl_weight, prnu_gradient_weight, prnu_column_weight, or prnu_stitching_weight with more than one field";
 }
 
 } // namespace obscura::sensors

@@ -60,11 +60,12 @@ config::Section section_of(SensorDescription& sensor) {
 config::Section referring_section_of(SensorDescription& sensor) {
     config::Section section = section_of(sensor);
     // Read by `before`; the row here is for its type and the reference.
-    section.keys.insert(section.keys.begin(),
-                        config::key("file", config::Path{&sensor.file, false})
-                            .unprinted()
-                            .help("Sensor file, or the name of a shipped sensor (\"has2\"), that is read "
-                                  "first; the keys below override its values"));
+    section.keys.insert(
+        section.keys.begin(),
+        config::key("file", config::Path{&sensor.file, false})
+            .unprinted()
+            .help("Sensor file, or the name of a shipped sensor (\"has2\"), that is read first; "
+                  "the keys below override its values"));
     section.before = [&sensor](const config::Value& table, const config::Where& where,
                                config::Mistakes& mistakes) {
         const config::Member* file = table.find("file");
@@ -207,25 +208,23 @@ config::Keys keys_of(DetectorSettings& s) {
         config::key("transmission", &s.transmission).range(0, 1).help("Transmission of the optics"),
         config::key("quantum_efficiency", config::Curve{&s.quantum_efficiency})
             .range(0, 1)
-            .help("Quantum efficiency as pairs of wavelength in nm and value; linear between them, constant "
-                  "beyond the first and the last"),
+            .help("Quantum efficiency as pairs of wavelength in nm and value; "
+                  "linear between them, constant beyond the first and the last"),
         config::key("fill_factor", &s.fill_factor)
             .range(0, 1)
             .help("Sensitive fraction of the pixel area, if quantum_efficiency does not include it"),
         config::key("prnu_local", &s.prnu_local)
             .range(0, 1)
-            .help("PRNU of single pixels: relative standard deviation of the response to uniform light, "
-                  "crosstalk included, as EMVA 1288 measures it"),
+            .help(
+                "PRNU of single pixels: relative standard deviation of the response to uniform light, crosstalk included, as EMVA 1288 measures it"),
         config::key("prnu_global", &s.prnu_global)
             .range(0, 1)
             .help(
-                "PRNU over the array: relative standard deviation of the response by bowl, gradient, columns "
-                "and stitched fields together"),
+                "PRNU over the array: relative standard deviation of the response by bowl, gradient, columns and stitched fields together"),
         config::key("prnu_bowl_weight", &s.prnu_bowl_weight)
             .range(0, 1)
             .help(
-                "Relative amplitude in prnu_global of a bowl: response falls with the square of the distance "
-                "from about the centre"),
+                "Relative amplitude in prnu_global of a bowl: response falls with the square of the distance from about the centre"),
         config::key("prnu_gradient_weight", &s.prnu_gradient_weight)
             .range(0, 1)
             .help(
@@ -235,12 +234,12 @@ config::Keys keys_of(DetectorSettings& s) {
             .help("Relative amplitude in prnu_global of gains that differ from column to column"),
         config::key("prnu_stitching_weight", &s.prnu_stitching_weight)
             .range(0, 1)
-            .help("Relative amplitude in prnu_global of gains that differ from field to field of a stitched "
-                  "exposure, in steps at the seams"),
+            .help(
+                "Relative amplitude in prnu_global of gains that differ from field to field of a stitched exposure, in steps at the seams"),
         config::key("stitch_columns", &s.stitch_columns)
             .range(1, 64)
-            .help("Fields of a stitched exposure side by side; 1 for chips that fit into one field, to some "
-                  "25 mm"),
+            .help(
+                "Fields of a stitched exposure side by side; 1 for chips that fit into one field, to some 25 mm"),
         config::key("stitch_rows", &s.stitch_rows)
             .range(1, 64)
             .help("Fields of a stitched exposure one below the other"),
@@ -256,8 +255,8 @@ config::Keys keys_of(DetectorSettings& s) {
         config::key("smear_row_ns", &s.smear_row_ns)
             .unit("ns")
             .range(0, 1e+09)
-            .help("Frame-transfer CCD: time per row for which the charge is exposed during the transfer; 0: "
-                  "no smear"),
+            .help(
+                "Frame-transfer CCD: time per row for which the charge is exposed during the transfer; 0: no smear"),
         config::key("optical_black_rows", &s.optical_black_rows)
             .range(0, 65536)
             .help("Optically black rows, which follow the electrically black ones"),
@@ -335,8 +334,8 @@ config::Keys keys_of(DetectorSettings& s) {
             .range(0, 100000)
             .help("Read noise: standard deviation of one sample of the amplifier"),
         config::key("double_sampling", &s.double_sampling)
-            .help("Double sampling: a destructive read subtracts the level of the reset that follows, which "
-                  "doubles the variance of read noise and kTC noise"),
+            .help(
+                "Double sampling: a destructive read subtracts the level of the reset that follows, which doubles the variance of read noise and kTC noise"),
         config::key("conversion_gain_uv_per_e", config::Scaled{&s.conversion_gain_v_per_e, micro})
             .unit("uV/e-")
             .range(0, 10000)
@@ -357,14 +356,13 @@ config::Keys keys_of(DetectorSettings& s) {
             .help("Standard deviation of the temporal noise common to a row"),
         config::key("follower_rts_fraction", &s.follower_rts_fraction)
             .range(0, 1)
-            .help("RTS noise of the source follower: fraction of pixels with two levels, which are three in "
-                  "the "
-                  "difference of two samples"),
+            .help(
+                "RTS noise of the source follower: fraction of pixels with two levels, which are three in the difference of two samples"),
         config::key("follower_rts_e", &s.follower_rts_e)
             .unit("e-")
             .range(0, 100000)
-            .help("RTS noise of the source follower: mean difference of the levels, exponentially "
-                  "distributed"),
+            .help(
+                "RTS noise of the source follower: mean difference of the levels, exponentially distributed"),
         config::key("gain_dn_per_e", &s.gain_dn_per_e)
             .unit("DN/e-")
             .range(1e-06, 1e+06)
@@ -395,8 +393,8 @@ config::Keys keys_of(DetectorSettings& s) {
         config::key("response_map", config::Path{&s.response_map, true, true})
             .help("FITS image of the relative response of pixels, instead of a generated one; empty: none"),
         config::key("dark_map", config::Path{&s.dark_map, true, true})
-            .help("FITS image of the dark current in e-/s at the reference temperature, instead of a "
-                  "generated one; empty: none"),
+            .help(
+                "FITS image of the dark current in e-/s at the reference temperature, instead of a generated one; empty: none"),
         config::key("offset_map", config::Path{&s.offset_map, true, true})
             .help("FITS image of the offsets in e-, instead of generated ones; empty: none"),
     };

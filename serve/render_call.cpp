@@ -149,8 +149,8 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
             {config::key("time_s", &time_s)
                  .unit("s")
                  .range(-1e9, 1e9)
-                 .help("Scene time of mid-exposure; with a sensor, of the trigger, at which the first row "
-                       "begins to integrate"),
+                 .help(
+                     "Scene time of mid-exposure; with a sensor, of the trigger, at which the first row begins to integrate"),
              config::key("exposure_s", &exposure_s)
                  .unit("s")
                  .range(0, 1e6)
@@ -166,15 +166,16 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
              config::key("window", config::Numbers{window.data(), window.size()})
                  .unit("px")
                  .range(0, 65536)
-                 .help("Column and row of the upper left corner, width and height of the only part that is "
-                       "rendered; all 0: the whole picture"),
+                 .help(
+                     "Column and row of the upper left corner, width and height of the only part that is rendered; "
+                     "all 0: the whole picture"),
              config::key("samples", &settings.samples_per_pixel)
                  .range(1, max_request_samples)
                  .help("Samples per pixel, taken where a body may cover the pixel"),
              config::key("error", &settings.target_error)
                  .range(0, 1)
-                 .help("Adaptive sampling: relative standard error of a pixel to sample to; 0: samples "
-                       "everywhere"),
+                 .help(
+                     "Adaptive sampling: relative standard error of a pixel to sample to; 0: samples everywhere"),
              config::key("max_samples", &settings.max_samples_per_pixel)
                  .range(1, max_request_samples)
                  .help("Largest number of samples per pixel, with error"),
@@ -195,15 +196,13 @@ struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does n
                  .help("With a sensor: run word; frames of different ones have different temporal noise"),
              config::key("codec", &codec)
                  .help(
-                     "How arrays are sent that become smaller by it: the bytes sorted by their place in the "
-                     "element and compressed")},
+                     "How arrays are sent that become smaller by it: the bytes sorted by their place in the element and compressed")},
             {{"sensor", "string or map",
-              "Expose the picture: a shipped sensor, a file below the server's folder, or the keys of "
-              "[sensor]. It sets the camera's pixels and has the readout times and noise of the chip",
+              "Expose the picture: a shipped sensor, a file below the server's folder, or the keys of [sensor]. "
+              "It sets the camera's pixels and has the readout times and noise of the chip",
               &sensor},
              {"layers", "array of strings",
-              "Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of "
-              "`obscura render`",
+              "Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of `obscura render`",
               &layers}}};
     }
 };
@@ -429,24 +428,23 @@ service::Answer RenderCall::run(const Arguments& arguments, service::Work& work)
 service::Call RenderCall::call() {
     service::Call made = service::call<Arguments>(
         "render", service::Permission::scene,
-        "Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with "
-        "the same settings; or, with a sensor, its digital numbers, as `obscura capture` makes them.",
+        "Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with the same settings; "
+        "or, with a sensor, its digital numbers, as `obscura capture` makes them.",
         [this](const Arguments& arguments, service::Work& work) { return run(arguments, work); });
     made.results = {
         {"irradiance", "array float32 [bands, height, width]", "W m-2",
-         "Irradiance at the entrance pupil from each pixel, first row on top; called \"radiance\" if the "
-         "scene's quantity is"},
+         "Irradiance at the entrance pupil from each pixel, first row on top; "
+         "called \"radiance\" if the scene's quantity is"},
         {"dn", "array uint16 [height, width]", "DN", "With a sensor, instead: digital numbers"},
         {"unit", "string", "", "Unit of that array"},
         {"bands_nm", "array of [from, to]", "nm", "Spectral bands"},
         {"time_s", "number", "s", "Scene time"},
         {"seconds", "number", "s", "Time that the call took"},
         {"detector", "map", "",
-         "With a sensor: bits of its ADC, window that was read (x, y, width, height), exposure_s obtained "
-         "(shortest and longest of the rows), mid_s of the exposure, flags of the readout separated by '|'"},
+         "With a sensor: bits of its ADC, window that was read (x, y, width, height), exposure_s obtained (shortest and longest of the rows), mid_s of the exposure, flags of the readout separated by '|'"},
         {"truth", "map", "",
-         "With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), range_m, phase_deg, "
-         "pixel (column, row; missing: behind the lens)"}};
+         "With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), range_m, phase_deg, pixel (column, row; "
+         "missing: behind the lens)"}};
     return made;
 }
 

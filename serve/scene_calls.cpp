@@ -45,9 +45,9 @@ config::Value wrapped(const std::string& section, config::Value table) {
     return root;
 }
 
-constexpr std::string_view section_help = "Table of the scene file: \"camera\", \"sun\", \"stars\", "
-                                          "\"scene\" for the keys before the first table, or an array of "
-                                          "tables such as \"body\" or \"lamp\"";
+constexpr std::string_view section_help =
+    "Table of the scene file: "
+    "\"camera\", \"sun\", \"stars\", \"scene\" for the keys before the first table, or an array of tables such as \"body\" or \"lamp\"";
 constexpr std::string_view item_help = "Which element of an array of tables: its name, or its number from 0";
 
 } // namespace

@@ -97,8 +97,9 @@ struct Hello {
              config::key("protocol_max", &most).range(0, 255).help("Newest version that the client speaks"),
              config::key("client", &client).help("Name and version of the client, for messages"),
              config::key("proof", &proof)
-                 .help("Where the server wants a token: HMAC-SHA256 of the bytes of its challenge, keyed by "
-                       "the 32 bytes of the token, in 64 lower-case hexadecimal digits")}};
+                 .help(
+                     "Where the server wants a token: "
+                     "HMAC-SHA256 of the bytes of its challenge, keyed by the 32 bytes of the token, in 64 lower-case hexadecimal digits")}};
     }
 };
 
@@ -182,8 +183,8 @@ Calls Connection::own_calls(Connection* self) {
                     }),
         call<NoArguments>(
             "challenge", Permission::view,
-            "Asks for random bytes with which the next hello proves that the client has a token. Each serves "
-            "for one hello. Needs none itself.",
+            "Asks for random bytes with which the next hello proves that the client has a token. "
+            "Each serves for one hello. Needs none itself.",
             [self](const NoArguments&, Work& /*work*/) {
                 self->challenge_ = make_challenge();
                 return Answer{{{"challenge", self->challenge_}}};
@@ -206,16 +207,16 @@ Calls Connection::own_calls(Connection* self) {
                 return Answer{{{"cancelled", self->cancel(arguments.request)}}};
             }),
         call<Credit>("credit", Permission::view,
-                     "Grants a stream of the connection further frames, each of which costs it one. Does not "
-                     "wait for others.",
+                     "Grants a stream of the connection further frames, each of which costs it one. "
+                     "Does not wait for others.",
                      [self](const Credit& arguments, Work& /*work*/) {
                          return Answer{{{"credits", self->grant(arguments.request, arguments.frames)}}};
                      }),
         call<OpenMemory>(
             "memory.open", Permission::view,
-            "From the next request on, arrays of answers stand in shared memory where they fit. With the "
-            "first byte of the answer comes the descriptor of the file, to be mapped for reading. Over a "
-            "Unix socket only.",
+            "From the next request on, arrays of answers stand in shared memory where they fit. "
+            "With the first byte of the answer comes the descriptor of the file, to be mapped for reading. "
+            "Over a Unix socket only.",
             [self](const OpenMemory& arguments, Work& /*work*/) {
                 return self->open_memory(arguments.slots, arguments.bytes);
             }),

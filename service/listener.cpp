@@ -50,9 +50,10 @@ sockaddr_in parse(const std::string& text, bool needs_token) {
     if (!needs_token && ntohl(address.sin_addr.s_addr) >> 24 != IN_LOOPBACKNET)
         throw Error(
             exit_usage,
-            fmt::format("{}: only addresses of the loopback interface are allowed (127.0.0.1) without "
-                        "--token-file; from another machine: ssh -L {}:127.0.0.1:{} HOST",
-                        text, port, port));
+            fmt::format(
+                "{}: only addresses of the loopback interface are allowed (127.0.0.1) without --token-file; "
+                "from another machine: ssh -L {}:127.0.0.1:{} HOST",
+                text, port, port));
     return address;
 }
 

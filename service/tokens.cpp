@@ -55,9 +55,9 @@ Token read_token_file(const std::filesystem::path& file) {
     if (!S_ISREG(about.st_mode)) throw ConfigError(fmt::format("{}: no file", file.string()));
     const mode_t mode = about.st_mode & 07777;
     if ((mode & ~allowed_mode) != 0)
-        throw ConfigError(fmt::format("{}: mode {:04o}: a token must not be open to others, allowed {:04o} "
-                                      "and stricter (chmod {:o})",
-                                      file.string(), mode, allowed_mode, allowed_mode));
+        throw ConfigError(fmt::format(
+            "{}: mode {:04o}: a token must not be open to others, allowed {:04o} and stricter (chmod {:o})",
+            file.string(), mode, allowed_mode, allowed_mode));
     Token token{};
     if (about.st_size != static_cast<off_t>(token.size()) ||
         ::read(in.get(), token.data(), token.size()) != static_cast<ssize_t>(token.size()))

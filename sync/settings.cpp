@@ -160,9 +160,10 @@ TriggerSettings::TriggerSettings() {
 }
 
 config::Section section_of(TriggerLineSettings& line) {
-    config::Section section{.name = line_tables.at(line.number),
-                            .help = "Trigger source connected to a further input line of the camera, for "
-                                    "TriggerSource, counters and timers."};
+    config::Section section{
+        .name = line_tables.at(line.number),
+        .help =
+            "Trigger source connected to a further input line of the camera, for TriggerSource, counters and timers."};
     section.keys = line_keys(line);
     section.check = line_check(line);
     section.printed = line.connected();
@@ -170,15 +171,15 @@ config::Section section_of(TriggerLineSettings& line) {
 }
 
 config::Section section_of(TriggerSettings& trigger) {
-    config::Section section{.name = line_tables[0],
-                            .help =
-                                "Trigger source connected to Line0 of the camera, and the conditioning of "
-                                "its edges."};
+    config::Section section{
+        .name = line_tables[0],
+        .help = "Trigger source connected to Line0 of the camera, and the conditioning of its edges."};
     section.keys = line_keys(trigger.lines[0]);
     section.keys.push_back(
         config::key("over_trigger", &trigger.over_trigger)
-            .help("Edge that comes before the camera is ready. count: missed; ignore: masked, not counted as "
-                  "missed; latch: the first one starts the next frame as soon as the camera is ready"));
+            .help("Edge that comes before the camera is ready. count: missed; "
+                  "ignore: masked, not counted as missed; "
+                  "latch: the first one starts the next frame as soon as the camera is ready"));
     for (std::size_t number = 1; number < trigger.lines.size(); ++number)
         section.tables.push_back(section_of(trigger.lines[number]));
     section.check = line_check(trigger.lines[0]);
@@ -189,8 +190,8 @@ config::Section section_of(PtpSettings& ptp) {
     config::Section section{.name = "ptp", .help = "Monitoring of ptp4l, the PTP daemon of this machine."};
     section.keys = {
         config::key("enabled", &ptp.enabled)
-            .help("Query ptp4l for the state of its clock: shown as Ptp* features, and time stamps are TAI "
-                  "once it is locked"),
+            .help(
+                "Query ptp4l for the state of its clock: shown as Ptp* features, and time stamps are TAI once it is locked"),
         config::key("socket", &ptp.socket).help("Path of ptp4l's management socket (uds_address)"),
         config::key("domain", &ptp.domain).range(0, 127).help("PTP domain of ptp4l (domainNumber)"),
         config::key("lock_us", &ptp.lock_us)

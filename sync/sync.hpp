@@ -26,7 +26,7 @@ struct Trigger {
 
     /// The edge that the source delivers next, if its schedule says so; otherwise unknown_edge.
     Time next = unknown_edge;
-    /// Whoever waits for the edge's outcome knows it by this number; 0: nobody waits.
+    /// Number by which a waiting caller knows the edge's outcome; 0: no caller waits.
     std::uint64_t request = 0;
 
     static constexpr Time scene_of_camera{INT64_MIN};

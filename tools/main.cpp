@@ -41,18 +41,25 @@ std::string list_of(std::string_view beginning) {
 
 /// Help of the verbs that share their first word, as "scene list" and "scene show".
 void print_family(std::string_view word) {
-    fmt::print(
-        "Usage: obscura {0} VERB [ARGUMENT]...\n\nVerbs:\n{1}\n`obscura {0} VERB --help` explains one, with "
-        "examples.\n",
-        word, list_of(fmt::format("{} ", word)));
+    fmt::print("Usage: obscura {0} VERB [ARGUMENT]...\n"
+               "\n"
+               "Verbs:\n"
+               "{1}\n"
+               "`obscura {0} VERB --help` explains one, with examples.\n",
+               word, list_of(fmt::format("{} ", word)));
 }
 
 void print_help() {
-    std::string out = "obscura - renders, captures and receives the frames of an emulated space camera\n\n"
-                      "Usage: obscura VERB [ARGUMENT]...\n\nVerbs:\n";
+    std::string out = "obscura - renders, captures and receives the frames of an emulated space camera\n"
+                      "\n"
+                      "Usage: obscura VERB [ARGUMENT]...\n"
+                      "\n"
+                      "Verbs:\n";
     out += list_of("");
-    out += "\n`obscura VERB --help` explains a verb, with examples. The camera itself is the daemon:\n"
-           "`obscurad --help`.\n\n"
+    out += "\n"
+           "`obscura VERB --help` explains a verb, with examples. The camera itself is the daemon:\n"
+           "`obscurad --help`.\n"
+           "\n"
            "First steps:\n"
            "  obscura examples                                      # examples to copy and start from\n"
            "  obscura new scene && obscura new camera               # files with every key, commented\n"

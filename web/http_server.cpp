@@ -42,8 +42,9 @@ constexpr std::size_t max_event_batch = 64;
 
 constexpr std::array<std::pair<const char*, const char*>, 6> headers_of_all{{
     {"Content-Security-Policy",
-     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self'; base-uri "
-     "'none'; form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'"},
+     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+     "img-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+     "require-trusted-types-for 'script'"},
     {"X-Content-Type-Options", "nosniff"},
     {"X-Frame-Options", "DENY"},
     {"Referrer-Policy", "no-referrer"},

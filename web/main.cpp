@@ -55,19 +55,19 @@ host::CommandLine declare(Options& options) {
     host::CommandLine line;
     line.program = "";
     line.summary = "serves page, metrics and events of the cameras of this machine over HTTP";
-    line.description = "Asks every daemon of this machine that this user may ask twice a second through its "
-                       "monitor socket and shows a page, metrics for Prometheus and the log. Through the "
-                       "calls of a daemon with [control] it changes settings, faults and scenes, for those "
-                       "whose token has the role operator or admin. It listens at the loopback interface; "
-                       "who asks needs a token, which is part of the link that is printed. With --tokens "
-                       "FILE the tokens are those of the file, of which it holds the hashes only; otherwise "
-                       "one is made for this run.";
-    line.option("--listen", &options.addresses, "ADDRESS:PORT",
-                "Listen here; port 0: any free one; may be given several times; default 127.0.0.1:8420 and "
-                "[::1]:8420");
-    line.option("--host", &options.hosts, "NAME",
-                "Further name by which browsers may call this server, as NAME or NAME:PORT, or https://NAME "
-                "behind a proxy; may be given several times");
+    line.description =
+        "Asks every daemon of this machine that this user may ask twice a second through its monitor socket and shows a page, metrics for Prometheus and the log. "
+        "Through the calls of a daemon with [control] it changes settings, faults and scenes, for those whose token has the role operator or admin. "
+        "It listens at the loopback interface; who asks needs a token, which is part of the link that is printed. "
+        "With --tokens FILE the tokens are those of the file, of which it holds the hashes only; "
+        "otherwise one is made for this run.";
+    line.option(
+        "--listen", &options.addresses, "ADDRESS:PORT",
+        "Listen here; port 0: any free one; may be given several times; default 127.0.0.1:8420 and [::1]:8420");
+    line.option(
+        "--host", &options.hosts, "NAME",
+        "Further name by which browsers may call this server, as NAME or NAME:PORT, or https://NAME behind a proxy; "
+        "may be given several times");
     line.option("--tokens", &options.tokens, "FILE", "File of tokens, a line each: ROLE SHA256 [NAME]");
     line.option("--new-token", &options.new_token, "ROLE",
                 "Make a token, add it to the file of --tokens, print its link and end")
@@ -82,9 +82,9 @@ host::CommandLine declare(Options& options) {
     line.option("--tls-certificate", &options.certificate, "FILE",
                 "Speak HTTPS with this certificate, and those above it, in PEM");
     line.option("--tls-key", &options.key, "FILE", "Private key of the certificate, in PEM");
-    line.flag("--insecure", options.insecure,
-              "Allow an address that is not of the loopback interface: tokens and pictures cross the network "
-              "unencrypted");
+    line.flag(
+        "--insecure", options.insecure,
+        "Allow an address that is not of the loopback interface: tokens and pictures cross the network unencrypted");
     line.flag("--print-interface", options.interface, "Print the interface as OpenAPI 3.1 and end");
     line.flag("--version", options.version, "Print the version and end");
     line.examples = {"obscura-web", "obscura-web --tokens tokens --new-token operator --name alice",
@@ -148,8 +148,8 @@ public:
                 if (const auto& text = address->get_ref<const std::string&>(); is_shared(text)) {
                     said_ = true;
                     log_warning(
-                        "web: the page is served at the interface of camera {}: viewers and its stream "
-                        "share the line; give --listen another address",
+                        "web: the page is served at the interface of camera {}: viewers and its stream share the line; "
+                        "give --listen another address",
                         text);
                 }
             }
@@ -199,11 +199,10 @@ int serve(const Options& options) {
                 host));
     for (const std::string& address : addresses) {
         if (!is_loopback(address) && !secure && !options.insecure)
-            throw ConfigError(
-                fmt::format("obscura-web: --listen {}: not of the loopback interface: tokens would cross "
-                            "the network unencrypted. Use --tls-certificate, a tunnel (ssh -L "
-                            "8420:127.0.0.1:8420 HOST), or --insecure",
-                            address));
+            throw ConfigError(fmt::format(
+                "obscura-web: --listen {}: not of the loopback interface: tokens would cross the network unencrypted. "
+                "Use --tls-certificate, a tunnel (ssh -L 8420:127.0.0.1:8420 HOST), or --insecure",
+                address));
     }
     Tokens tokens;
     std::string token;

@@ -216,8 +216,7 @@ inline constexpr std::array camera_state_metrics{
         "not where frames come on request."),
     Metric{"last_frame", "overdue_s"}.as_gauge(
         "frame_overdue_seconds",
-        "Age from which the next frame is overdue: three times the longest gap of the last minute, 2 s at "
-        "least."),
+        "Age from which the next frame is overdue: three times the longest gap of the last minute, 2 s at least."),
     Metric{"", "frame_id"}.as_gauge("last_frame_id", "Number of the last frame."),
 };
 

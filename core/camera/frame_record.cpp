@@ -23,8 +23,7 @@ constexpr std::array head_fields{
     field<&FrameHead::trigger_id>("trigger_id").at(0).as_feature("ChunkTriggerID"),
     field<&FrameHead::flags>("flags").at(0).as_feature(
         "ChunkFrameFlags",
-        "1 late, 2 repeated, 4 partial, 8 dropped, 16 readout clamped, 32 image lag of the "
-        "frame before missing, 64 degraded, 128 biased, 1024 stalled"),
+        "1 late, 2 repeated, 4 partial, 8 dropped, 16 readout clamped, 32 image lag of the frame before missing, 64 degraded, 128 biased, 1024 stalled"),
     field<&FrameHead::line_status>("line_status")
         .at(0)
         .as_sfnc("ChunkLineStatusAll", "At the edge of the trigger; inputs only"),
@@ -102,9 +101,9 @@ using Q = FrameQuality;
 constexpr std::array quality_fields{
     field<&Q::level_max>("level_max")
         .at(0x000)
-        .as_feature("ChunkQualityLevel",
-                    "Worst level of a group of rows: 0 full, 1 goal, 2 instants, 3 bounces, 4 grid, 5 "
-                    "quarter, 6 sixteenth, 7 reprojected, 8 repeated, 9 missing")
+        .as_feature(
+            "ChunkQualityLevel",
+            "Worst level of a group of rows: 0 full, 1 goal, 2 instants, 3 bounces, 4 grid, 5 quarter, 6 sixteenth, 7 reprojected, 8 repeated, 9 missing")
         .as_card("QLEVEL", "worst quality level of a group of rows")
         .as_member("level")
         .as_column(43),
@@ -148,8 +147,9 @@ constexpr std::array quality_fields{
         .as_column(51, "error_goal_ppm", 1e6),
     field<&Q::noise_ratio_p95>("noise_ratio_p95")
         .at(0x1e0)
-        .as_feature("ChunkQualityNoiseRatio", "Error of rendering over the temporal noise of the detector, "
-                                              "95th percentile of the lit groups of rows")
+        .as_feature(
+            "ChunkQualityNoiseRatio",
+            "Error of rendering over the temporal noise of the detector, 95th percentile of the lit groups of rows")
         .as_card("QNOISE", "error over detector noise, 95 % of the groups")
         .as_member()
         .as_column(52, "noise_ratio_ppm", 1e6),
@@ -210,8 +210,8 @@ constexpr std::array quality_fields{
     field<&Q::level_share>("level_share").at(0x078),
     field<&Q::lod_deficit_share>("lod_deficit_share")
         .at(0x050)
-        .as_feature("ChunkQualityLodDeficit", "Share of hits on terrains that were on cells wider than asked "
-                                              "for")
+        .as_feature("ChunkQualityLodDeficit",
+                    "Share of hits on terrains that were on cells wider than asked for")
         .as_card("LODSHARE", "share of terrain on cells wider than asked for")
         .as_member("lod_deficit")
         .as_column(59, "lod_deficit_ppm", 1e6),

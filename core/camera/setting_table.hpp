@@ -76,12 +76,13 @@ inline constexpr auto camera_settings_table = [] {
                 .category = "ImageFormatControl",
                 .member = member<&S::test_pattern>(),
                 .help = "Picture that the camera makes in place of the scene"},
-        Setting{.name = "ExposureMode",
-                .category = "AcquisitionControl",
-                .member = member<&S::exposure_mode>(),
-                .help =
-                    "Timed: ExposureTime applies; TriggerWidth: the exposure lasts as long as the trigger "
-                    "pulse, if a line that reports both edges begins it"},
+        Setting{
+            .name = "ExposureMode",
+            .category = "AcquisitionControl",
+            .member = member<&S::exposure_mode>(),
+            .help =
+                "Timed: ExposureTime applies; "
+                "TriggerWidth: the exposure lasts as long as the trigger pulse, if a line that reports both edges begins it"},
         Setting{.name = "ExposureTime",
                 .category = "AcquisitionControl",
                 .member = member<&S::exposure_ns>(),
@@ -89,11 +90,12 @@ inline constexpr auto camera_settings_table = [] {
                 .range_in = limits_in<&L::exposure_min_ns, &L::exposure_max_ns>,
                 .per_window = true,
                 .help = "Integration time of each row"},
-        Setting{.name = "ExposureAuto",
-                .category = "AcquisitionControl",
-                .member = member<&S::exposure_auto>(),
-                .help = "Whether the camera adjusts ExposureTime after each frame to bring "
-                        "ExposureAutoPercentile of the first window to ExposureAutoTarget"},
+        Setting{
+            .name = "ExposureAuto",
+            .category = "AcquisitionControl",
+            .member = member<&S::exposure_auto>(),
+            .help =
+                "Whether the camera adjusts ExposureTime after each frame to bring ExposureAutoPercentile of the first window to ExposureAutoTarget"},
         Setting{.name = "ExposureAutoTarget",
                 .category = "AcquisitionControl",
                 .member = member<&S::auto_target_percent>(),
@@ -157,15 +159,13 @@ inline constexpr auto camera_settings_table = [] {
         Setting{.name = "TriggerSource",
                 .category = "AcquisitionControl",
                 .member = member<&S::frame_trigger, &TriggerChoice::source>(),
-                .help =
-                    "Source of the trigger; Software: a command; Line0: what [trigger] of the configuration "
-                    "assigns to it, Line1: [trigger.line1]"},
+                .help = "Source of the trigger; Software: a command; "
+                        "Line0: what [trigger] of the configuration assigns to it, Line1: [trigger.line1]"},
         Setting{.name = "TriggerActivation",
                 .category = "AcquisitionControl",
                 .member = member<&S::frame_trigger, &TriggerChoice::activation>(),
-                .help = "Edge or level of the line that triggers, of those that its source reports; while a "
-                        "level holds, "
-                        "frames follow each other at AcquisitionFrameRate"},
+                .help = "Edge or level of the line that triggers, of those that its source reports; "
+                        "while a level holds, frames follow each other at AcquisitionFrameRate"},
         Setting{.name = "TriggerDelay",
                 .category = "AcquisitionControl",
                 .member = member<&S::trigger_delay_ns>(),
@@ -189,16 +189,14 @@ inline constexpr auto window_settings_table = [] {
     using S = CameraSettings;
     using setting_detail::member;
     return std::array{
-        Setting{
-            .name = "RegionSampling",
-            .category = "ImageFormatControl",
-            .member = member<&S::sampling>(),
-            .lock = SettingLock::streaming,
-            .per_window = true,
-            .help =
-                "How the window is read. destructive: one sample and reset; non-destructive: each of several "
-                "reads without reset is delivered; cds (CorrelatedDouble): last read minus first; ramp: line "
-                "fitted through all reads"},
+        Setting{.name = "RegionSampling",
+                .category = "ImageFormatControl",
+                .member = member<&S::sampling>(),
+                .lock = SettingLock::streaming,
+                .per_window = true,
+                .help = "How the window is read. destructive: one sample and reset; "
+                        "non-destructive: each of several reads without reset is delivered; "
+                        "cds (CorrelatedDouble): last read minus first; ramp: line fitted through all reads"},
         Setting{.name = "RegionReads",
                 .category = "ImageFormatControl",
                 .member = member<&S::reads>(),

@@ -126,17 +126,18 @@ config::Section section_of(CameraSection& s) {
                                 row.setting.per_window; // the windows have the extents
         section.keys.push_back(in_windows ? std::move(row.key).unprinted() : std::move(row.key));
     }
-    for (config::Key& own : config::Keys{
-             key("readout_timing", &s.readout_timing)
-                 .help(
-                     "Release of rows to the transports. sensor: when the chip reads them; fast: as soon as "
-                     "they are rendered; triggers and exposures are those of the chip in both cases"),
-             key("rows_max", &s.rows_max)
-                 .unit("px")
-                 .range(0, 1048576)
-                 .help("Largest number of rows of a composed image that a client may request; 0: as many as "
-                       "sensor and windows need"),
-         })
+    for (
+        config::Key& own : config::Keys{
+            key("readout_timing", &s.readout_timing)
+                .help("Release of rows to the transports. sensor: when the chip reads them; "
+                      "fast: as soon as they are rendered; "
+                      "triggers and exposures are those of the chip in both cases"),
+            key("rows_max", &s.rows_max)
+                .unit("px")
+                .range(0, 1048576)
+                .help(
+                    "Largest number of rows of a composed image that a client may request; 0: as many as sensor and windows need"),
+        })
         section.keys.push_back(std::move(own));
     section.lists = {window_list(s)};
     section.check = [&s](const config::ReadTable& table) {

@@ -125,8 +125,8 @@ struct CameraCalls::Set : Choice { // NOLINT(bugprone-exception-escape): json do
         Fields all = Choice::fields();
         all.keys.push_back(
             config::key("force", &force)
-                .help("Also while a client of GigE Vision controls the camera; needs the permission "
-                      "\"admin\""));
+                .help(
+                    "Also while a client of GigE Vision controls the camera; needs the permission \"admin\""));
         all.free.push_back({"values", "map", "Names of features and their new values", &values, true});
         return all;
     }
@@ -137,9 +137,10 @@ struct CameraCalls::Trigger : Choice {
 
     Fields fields() {
         Fields all = Choice::fields();
-        all.keys.push_back(config::key("wait", &wait)
-                               .help("Answer when the last row of the frame has left, or when it is clear "
-                                     "that no frame comes; false: at once"));
+        all.keys.push_back(
+            config::key("wait", &wait)
+                .help(
+                    "Answer when the last row of the frame has left, or when it is clear that no frame comes; false: at once"));
         return all;
     }
 };
@@ -378,8 +379,7 @@ service::Calls CameraCalls::calls() {
         call<Set>(
             "camera.set", Permission::operate,
             "Changes settings of a camera from the next frame on: all of them, or none if one is wrong. "
-            "While a GigE Vision client controls the camera it answers \"controlled\" with the "
-            "client's address, unless it is forced, which is logged.",
+            "While a GigE Vision client controls the camera it answers \"controlled\" with the client's address, unless it is forced, which is logged.",
             [this](const Set& arguments, Work& work) { return set(arguments, work); }),
         call<Choice>("camera.start", Permission::operate,
                      "Starts the acquisition; answers \"controlled\" as camera.set does.",
@@ -390,8 +390,8 @@ service::Calls CameraCalls::calls() {
                          return Answer{{{"started", started}}};
                      }),
         call<Choice>("camera.stop", Permission::operate,
-                     "Stops the acquisition; the frame in progress is finished. Answers \"controlled\" as "
-                     "camera.set does.",
+                     "Stops the acquisition; the frame in progress is finished. "
+                     "Answers \"controlled\" as camera.set does.",
                      [this](const Choice& choice, Work& /*work*/) {
                          Camera& chosen = camera(choice).camera;
                          bool stopped = false;
@@ -401,31 +401,32 @@ service::Calls CameraCalls::calls() {
                          });
                          return Answer{{{"stopped", stopped}}};
                      }),
-        call<Trigger>("camera.trigger", Permission::operate,
-                      "Triggers one frame of a camera whose TriggerSource is Software, and tells what became "
-                      "of it. Answers \"controlled\" as camera.set does.",
-                      [this](const Trigger& arguments, Work& work) { return trigger(arguments, work); }),
-        call<PoseFields>("pose", Permission::scene,
-                         "Moves the camera, a body or a lamp, as `pose` of the simulator port does; needs "
-                         "simulator.enabled.",
-                         [this](const PoseFields& arguments, Work& /*work*/) {
-                             pose(arguments);
-                             return Answer{};
-                         }),
-        call<Step>("step", Permission::operate,
-                   "Makes the frame of a scene time in lockstep, as `step` of the simulator port does, and "
-                   "answers when its last row has left; needs trigger.source = \"lockstep\".",
-                   [this](const Step& arguments, Work& work) { return step(arguments, work); }),
+        call<Trigger>(
+            "camera.trigger", Permission::operate,
+            "Triggers one frame of a camera whose TriggerSource is Software, and tells what became of it. "
+            "Answers \"controlled\" as camera.set does.",
+            [this](const Trigger& arguments, Work& work) { return trigger(arguments, work); }),
+        call<PoseFields>(
+            "pose", Permission::scene,
+            "Moves the camera, a body or a lamp, as `pose` of the simulator port does; needs simulator.enabled.",
+            [this](const PoseFields& arguments, Work& /*work*/) {
+                pose(arguments);
+                return Answer{};
+            }),
+        call<Step>(
+            "step", Permission::operate,
+            "Makes the frame of a scene time in lockstep, as `step` of the simulator port does, and answers when its last row has left; "
+            "needs trigger.source = \"lockstep\".",
+            [this](const Step& arguments, Work& work) { return step(arguments, work); }),
     };
     calls[0].results = {
         {"features", "array of maps", "",
-         "Rows: name, value, type, unit, allowed, help; category, of SFNC; increment, if it is "
-         "not any; locked: cannot change now, and why"},
+         "Rows: name, value, type, unit, allowed, help; category, of SFNC; "
+         "increment, if it is not any; locked: cannot change now, and why"},
         {"readout", "map", "",
-         "What the chip makes of the settings in force: frame_period_us, shortest time between "
-         "triggers; max_rate_hz; readout_us, first to last row; row_us; windows: x, y, width, "
-         "height, exposure_requested_us, exposure_min_us and exposure_max_us obtained, reads. "
-         "refusal: why it cannot read them"}};
+         "What the chip makes of the settings in force: frame_period_us, shortest time between triggers; "
+         "max_rate_hz; readout_us, first to last row; row_us; "
+         "windows: x, y, width, height, exposure_requested_us, exposure_min_us and exposure_max_us obtained, reads. refusal: why it cannot read them"}};
     calls[1].results = {{"values", "map", "", "Values by the names of the features"}};
     calls[2].results = {{"changed", "map", "", "All features that have changed, and their values now"}};
     calls[3].results = {{"started", "boolean", "", "False: it was running"}};

@@ -75,18 +75,16 @@ service::Calls configuration_calls(SceneRequests& requests,
             return service::Answer{*answer()};
         });
     list.results = {{"entries", "array of maps", "",
-                     "key: its dotted path, lists numbered (gige.faults[0].kind); value and default: as "
-                     "TOML, \"\" for no "
-                     "default; unit; source: FILE:LINE, default, scene.show for the scene that it shows, or "
-                     "configuration.set"},
+                     "key: its dotted path, lists numbered (gige.faults[0].kind); "
+                     "value and default: as TOML, \"\" for no default; unit; source: "
+                     "FILE:LINE, default, scene.show for the scene that it shows, or configuration.set"},
                     {"file", "string", "", "The configuration file"},
                     {"sha256", "string", "",
                      "Of the sorted lines KEY = VALUE: equal for configurations that do the same"}};
     service::Call set = service::call<Values>(
         set_configuration_name, service::Permission::admin,
-        "Changes values of the configuration in use from the next frame on, all that are given or none: "
-        "those that a reload "
-        "can change, except scene.file. The file stays as it is, and the next reload returns to it.",
+        "Changes values of the configuration in use from the next frame on, all that are given or none: those that a reload can change, except scene.file. "
+        "The file stays as it is, and the next reload returns to it.",
         [&requests, answer = std::move(answer)](const Values& wanted, service::Work& work) {
             if (!wanted.values.is_object() || wanted.values.empty())
                 throw service::bad_argument("values",

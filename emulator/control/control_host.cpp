@@ -39,12 +39,12 @@ public:
                 "state", Permission::view,
                 "Tells what the daemon and its cameras do, as the verb `state` of the monitor does.",
                 [this](const NoArguments&, Work& /*work*/) { return Answer{*host_.state()}; }),
-            service::call<Events>("events", Permission::view,
-                                  "Lists the latest lines of the daemon's log, oldest first, no more than 64 "
-                                  "KiB of them: ask again with the last id.",
-                                  [](const Events& a, Work& /*work*/) {
-                                      return Answer{json::parse(Monitor::events(a.after, a.most))};
-                                  }),
+            service::call<Events>(
+                "events", Permission::view,
+                "Lists the latest lines of the daemon's log, oldest first, no more than 64 KiB of them: ask again with the last id.",
+                [](const Events& a, Work& /*work*/) {
+                    return Answer{json::parse(Monitor::events(a.after, a.most))};
+                }),
         };
         calls[0].results = state_results();
         calls[0].results.push_back(

@@ -71,8 +71,8 @@ service::Calls daemon_calls(const CameraCalls::Cameras& cameras, SceneRequests& 
                             ReleaseControl release) {
     service::Call reload = service::call<service::NoArguments>(
         "reload", Permission::admin,
-        "Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame "
-        "on, or none, and the answer says why. A scene is built while frames of the present one continue.",
+        "Reads the configuration again, as SIGHUP does: all of its changes are taken on from the next frame on, or none, and the answer says why. "
+        "A scene is built while frames of the present one continue.",
         [&requests](const service::NoArguments&, Work& work) {
             if (const std::string why = requests.ask(SceneRequests::configured, work.cancelled());
                 !why.empty())
@@ -92,8 +92,7 @@ service::Calls daemon_calls(const CameraCalls::Cameras& cameras, SceneRequests& 
                      {"before", "string", "", "Level until now"}};
     service::Call take = service::call<CameraNumber>(
         "release", Permission::admin,
-        "Takes control of a camera away from the GigE Vision client that has it: its acquisition ends, and "
-        "the next client may take control.",
+        "Takes control of a camera away from the GigE Vision client that has it: its acquisition ends, and the next client may take control.",
         [&cameras, release = std::move(release)](const CameraNumber& which, Work& /*work*/) {
             (void)checked_camera(cameras, which.camera);
             const std::string controller = release(which.camera);

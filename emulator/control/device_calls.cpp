@@ -111,9 +111,9 @@ service::Calls device_calls(const CameraCalls::Cameras& cameras) {
         });
     features.results = {
         {"features", "array of maps", "",
-         "name, with the item in brackets where a selector chooses one: TriggerMode[FrameStart]; category; "
-         "type; value, nil for commands; unit; min, max, increment; entries; visibility; writable; locked: "
-         "not while it acquires; help"}};
+         "name, with the item in brackets where a selector chooses one: TriggerMode[FrameStart]; "
+         "category; type; value, nil for commands; unit; min, max, increment; entries; visibility; "
+         "writable; locked: not while it acquires; help"}};
     service::Call write = service::call<Written>(
         "device.set", Permission::operate,
         "Writes a feature of the camera's GigE Vision side, or runs one of its commands, as a client would. "

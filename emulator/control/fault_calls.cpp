@@ -37,8 +37,8 @@ struct NewRules : Choice { // NOLINT(bugprone-exception-escape): json does not t
     Fields fields() {
         Fields all = Choice::fields();
         all.free.push_back({"rules", "array of maps",
-                            "Rules with the keys of [[gige.faults]]; `origin` and `struck` of faults.list "
-                            "are ignored; empty: no faults",
+                            "Rules with the keys of [[gige.faults]]; "
+                            "`origin` and `struck` of faults.list are ignored; empty: no faults",
                             &rules, true});
         return all;
     }
@@ -101,30 +101,29 @@ service::Calls fault_calls(const CameraCalls::Cameras& cameras) {
                      [&cameras](const Choice& choice, service::Work& /*work*/) {
                          return list_faults(rules_of(checked_camera(cameras, choice.camera)));
                      }),
-        call<NewRules>("faults.set", Permission::operate,
-                       "Replaces all injected faults of a camera from its next frame on, also while a client "
-                       "controls it. All of them or, if one is wrong, none; a rule that is in force already "
-                       "stays, with what it has struck.",
-                       [&cameras](const NewRules& wanted, service::Work& /*work*/) {
-                           ControlledCamera& camera = checked_camera(cameras, wanted.camera);
-                           FaultRules& faults = rules_of(camera);
-                           const std::vector<FaultRules::Row> rows = read(faults, wanted.rules);
-                           json now;
-                           camera.run([&](const std::string& /*controller*/) {
-                               faults.arm(rows);
-                               now = listed(faults);
-                           });
-                           log_notice("calls: camera {}: {} rules of injected faults", wanted.camera,
-                                      rows.size());
-                           return Answer{{{"rules", std::move(now)}}};
-                       })};
+        call<NewRules>(
+            "faults.set", Permission::operate,
+            "Replaces all injected faults of a camera from its next frame on, also while a client controls it. "
+            "All of them or, if one is wrong, none; a rule that is in force already stays, with what it has struck.",
+            [&cameras](const NewRules& wanted, service::Work& /*work*/) {
+                ControlledCamera& camera = checked_camera(cameras, wanted.camera);
+                FaultRules& faults = rules_of(camera);
+                const std::vector<FaultRules::Row> rows = read(faults, wanted.rules);
+                json now;
+                camera.run([&](const std::string& /*controller*/) {
+                    faults.arm(rows);
+                    now = listed(faults);
+                });
+                log_notice("calls: camera {}: {} rules of injected faults", wanted.camera, rows.size());
+                return Answer{{{"rules", std::move(now)}}};
+            })};
     calls[0].results = {
         {"kinds", "array of maps", "", "Kinds of faults: name, help"},
         {"parameters", "array of maps", "",
          "Keys of a rule: name, type, unit, allowed, default, help, required"},
         {"rules", "array of maps", "",
-         "Rules in force by their keys; origin: configuration, call or feature (FaultPercent); struck: "
-         "packets, frames or commands"},
+         "Rules in force by their keys; origin: configuration, call or feature (FaultPercent); "
+         "struck: packets, frames or commands"},
         {"frame", "integer", "",
          "Number of the newest frame as `first` and `last` count them: since the client opened its stream"}};
     calls[1].results = {{"rules", "array of maps", "", "As those of faults.list"}};

@@ -34,8 +34,8 @@ struct Arguments {
             {camera_key(&camera),
              config::key("after", &after)
                  .range(0, 9e15)
-                 .help("Only a frame whose `number` is larger: that of the frame that the client has seen "
-                       "last; 0: any"),
+                 .help(
+                     "Only a frame whose `number` is larger: that of the frame that the client has seen last; 0: any"),
              config::key("wait_s", &wait_s).unit("s").range(0, 60).help("Longest wait for such a frame"),
              config::key("codec", &codec).help("How the pixels are compressed")}};
     }
@@ -91,10 +91,11 @@ struct FrameArguments : Arguments {
 
     Fields fields() {
         Fields all = Arguments::fields();
-        all.keys.push_back(config::key("number", &number)
-                               .range(0, 9e15)
-                               .help("The frame with this `number`, if it is one of the latest four that "
-                                     "anyone has looked at; 0: the newest one"));
+        all.keys.push_back(
+            config::key("number", &number)
+                .range(0, 9e15)
+                .help(
+                    "The frame with this `number`, if it is one of the latest four that anyone has looked at; 0: the newest one"));
         return all;
     }
 };
@@ -191,9 +192,9 @@ std::vector<service::Result> frame_head_results() {
 service::Call frame_call(const CameraCalls::Cameras& cameras) {
     service::Call call = service::call<FrameArguments>(
         "frame", service::Permission::view,
-        "The newest frame of the camera that the client has not seen, as it left the detector. A client that "
-        "asks again and again with the `number` of the last one sees the stream; frames that came meanwhile "
-        "are skipped, and counted.",
+        "The newest frame of the camera that the client has not seen, as it left the detector. "
+        "A client that asks again and again with the `number` of the last one sees the stream; "
+        "frames that came meanwhile are skipped, and counted.",
         [&cameras](const FrameArguments& arguments, Work& work) { return frame(cameras, arguments, work); });
     call.results = frame_results();
     return call;
@@ -202,9 +203,9 @@ service::Call frame_call(const CameraCalls::Cameras& cameras) {
 service::Call stream_call(const CameraCalls::Cameras& cameras) {
     service::Call call = service::call<StreamArguments>(
         "stream", service::Permission::view,
-        "Sends the frames of the camera as they come, until the request is cancelled: events \"frame\", "
-        "each of which costs a credit. Without one nothing is sent, and the newest frame follows once there "
-        "is one again. The stream ends if no frame comes for wait_s. Other requests go on beside it.",
+        "Sends the frames of the camera as they come, until the request is cancelled: events \"frame\", each of which costs a credit. "
+        "Without one nothing is sent, and the newest frame follows once there is one again. "
+        "The stream ends if no frame comes for wait_s. Other requests go on beside it.",
         [&cameras](const StreamArguments& arguments, Work& work) {
             return stream(cameras, arguments, work);
         });

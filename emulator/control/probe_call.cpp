@@ -204,8 +204,7 @@ service::Call irradiance_call(const CameraCalls::Cameras& cameras, PixelProbes& 
                               ProbeSourceOf source) {
     service::Call call = service::call<ProbeFrameArguments>(
         "irradiance", service::Permission::view,
-        "Renders all pixels of a frame again, without a detector: at full quality, with the scene and the "
-        "poses of that frame at the times of its rows, on the thread of `probe`, which is of idle priority. "
+        "Renders all pixels of a frame again, without a detector: at full quality, with the scene and the poses of that frame at the times of its rows, on the thread of `probe`, which is of idle priority. "
         "Takes seconds.",
         [&cameras, &probes, source = std::move(source)](const ProbeFrameArguments& arguments, Work& work) {
             return irradiance(cameras, probes, source, arguments, work);
@@ -223,12 +222,7 @@ service::Call probe_call(const CameraCalls::Cameras& cameras, PixelProbes& probe
     service::Call call = service::call<ProbeCallArguments>(
         "probe", service::Permission::view,
         "Tells of one pixel of a frame its digital number, electrons, irradiance, and what its centre shows. "
-        "The "
-        "pixel is rendered again, at full quality, with the scene and the poses of that frame at the time of "
-        "its "
-        "row: on a thread of idle priority, which loads the scene at the first call and gives it back after "
-        "5 "
-        "minutes without one.",
+        "The pixel is rendered again, at full quality, with the scene and the poses of that frame at the time of its row: on a thread of idle priority, which loads the scene at the first call and gives it back after 5 minutes without one.",
         [&cameras, &probes, source = std::move(source)](const ProbeCallArguments& arguments, Work& work) {
             return probe(cameras, probes, source, arguments, work);
         });
@@ -238,16 +232,13 @@ service::Call probe_call(const CameraCalls::Cameras& cameras, PixelProbes& probe
         {"y", "integer", "px", "Row of the image"},
         {"dn", "integer", "DN", "Digital number"},
         {"electrons", "map", "e-",
-         "estimated: from the digital number by the formula, nil for a test pattern; exact: expected value "
-         "before "
-         "any noise, from the truth of the frame's pixels if the daemon keeps it, else rendered again; nil "
-         "where "
-         "lines of a push-broom sensor exchange charge"},
+         "estimated: from the digital number by the formula, nil for a test pattern; "
+         "exact: expected value before any noise, from the truth of the frame's pixels if the daemon keeps it, else rendered again; "
+         "nil where lines of a push-broom sensor exchange charge"},
         {"formula", "string", "",
          "How electrons are estimated: black level, gain of the detector, analog gain"},
         {"bands", "array of maps", "",
-         "Spectral bands of the camera: name, wavelength_nm (from, to), irradiance_w_m2 at the entrance "
-         "pupil"},
+         "Spectral bands of the camera: name, wavelength_nm (from, to), irradiance_w_m2 at the entrance pupil"},
         {"irradiance_w_m2", "number", "W/m2", "Sum of the bands"},
         {"body", "string", "",
          "Body on the ray through the centre of the pixel, or \"sun\"; nil: none, and nil in what follows"},

@@ -120,9 +120,10 @@ service::Calls scene_calls(SceneRequests& requests, const std::filesystem::path&
                            std::function<std::filesystem::path()> shown) {
     service::Call call = service::call<SceneArguments>(
         "scene.show", service::Permission::scene,
-        "Shows another scene. It is built while frames of the present one continue, and shown from a frame "
-        "on; if it cannot be, nothing changes and the answer says why. A reload of the configuration returns "
-        "to the scene that stands there.",
+        "Shows another scene. "
+        "It is built while frames of the present one continue, and shown from a frame on; "
+        "if it cannot be, nothing changes and the answer says why. "
+        "A reload of the configuration returns to the scene that stands there.",
         [&requests, folder](const SceneArguments& arguments, Work& work) {
             const std::string why = requests.ask(file_of(arguments.file, folder), work.cancelled());
             if (!why.empty()) throw Failure(FailureCode::bad_scene, why);

@@ -134,13 +134,13 @@ service::Call scene_tree_call(std::function<json(std::size_t camera)> describe) 
          "Scene times of the points of trajectories in the scene, increasing, the first 1000"},
         {"sun", "map", "", "shines; moves"},
         {"camera", "map", "",
-         "As a body; width and height of the sensor, px; focal_length_m; projection; field_of_view_deg, "
-         "across and down, without distortion"},
+         "As a body; width and height of the sensor, px; focal_length_m; projection; "
+         "field_of_view_deg, across and down, without distortion"},
         {"bodies", "array of maps", "",
-         "name; parent, \"\" for the inertial frame; motion in the scene: fixed, trajectory or file, "
-         "spinning, "
-         "aimed at a body; source of its pose now: scene or simulator; poses_received; newest_pose_s, scene "
-         "time of the newest one; shape, material"},
+         "name; parent, \"\" for the inertial frame; "
+         "motion in the scene: fixed, trajectory or file, spinning, aimed at a body; "
+         "source of its pose now: scene or simulator; poses_received; "
+         "newest_pose_s, scene time of the newest one; shape, material"},
         {"lamps", "array of maps", "", "As bodies, without shape and material"},
         {"simulator", "map", "", "listen, connections, poses, steps, refused; nil: nobody can send poses"}};
     return call;

@@ -34,12 +34,13 @@ struct TimingArguments {
                  .help("Only frames after that of the number, `last` of the answer before; 0: any"),
              config::key("most", &most).range(1, 1024).help("Largest number of rows, the newest ones"),
              config::key("early", &early)
-                 .help("Also frames that ended less than half a second ago: instants of transports that "
-                       "are still sending are nil"),
+                 .help(
+                     "Also frames that ended less than half a second ago: instants of transports that are still sending are nil"),
              config::key("saturated", &saturated)
-                 .help("Another column, `saturated`: pixels at the largest digital number. They are counted "
-                       "from the first request on while one comes every two seconds; with `early` a frame "
-                       "waits for its count, a quarter of a second at most. nil: not counted")}};
+                 .help(
+                     "Another column, `saturated`: pixels at the largest digital number. "
+                     "They are counted from the first request on while one comes every two seconds; "
+                     "with `early` a frame waits for its count, a quarter of a second at most. nil: not counted")}};
     }
 };
 
@@ -101,8 +102,8 @@ struct RowArguments {
             {camera_key(&camera),
              config::key("frame", &frame)
                  .range(0, 9e15)
-                 .help("Number of the frame, one of the newest 1024, that of the latest acquisition which "
-                       "has one; 0: the newest")}};
+                 .help(
+                     "Number of the frame, one of the newest 1024, that of the latest acquisition which has one; 0: the newest")}};
     }
 };
 
@@ -126,22 +127,19 @@ Answer timing_rows(const CameraCalls::Cameras& cameras, const RowArguments& argu
 service::Call timing_call(const CameraCalls::Cameras& cameras) {
     service::Call call = service::call<TimingArguments>(
         "timing", service::Permission::view,
-        "Time stamps of the newest frames, half a second after they have ended, "
-        "when transports have finished "
-        "them: the numbers of the file of `obscurad --timing`. A client that asks "
-        "again with `last` gets each frame once.",
+        "Time stamps of the newest frames, half a second after they have ended, when transports have finished them: the numbers of the file of `obscurad --timing`. "
+        "A client that asks again with `last` gets each frame once.",
         [&cameras](const TimingArguments& arguments, service::Work& /*work*/) {
             return timing(cameras, arguments);
         });
     call.results = {
         {"columns", "array of strings", "",
-         "Names of the numbers of a row, the first one `frame_id`; units stand in the names, instants are of "
-         "the machine's monotonic clock"},
+         "Names of the numbers of a row, the first one `frame_id`; "
+         "units stand in the names, instants are of the machine's monotonic clock"},
         {"rows", "array of arrays", "",
          "Frames, oldest first; nil for an instant that a frame does not have"},
         {"last", "integer", "",
-         "Number of the newest frame, counted since the daemon's start: frame ids begin anew at each "
-         "acquisition"},
+         "Number of the newest frame, counted since the daemon's start: frame ids begin anew at each acquisition"},
         {"tai_offset_ns", "integer", "ns", "What makes TAI since 1970 of the instants, now"}};
     return call;
 }
@@ -149,8 +147,8 @@ service::Call timing_call(const CameraCalls::Cameras& cameras) {
 service::Call timing_rows_call(const CameraCalls::Cameras& cameras) {
     service::Call call = service::call<RowArguments>(
         "timing.rows", service::Permission::view,
-        "How late each row of a frame left, half a second after the frame has ended: `row_lateness_us` of "
-        "the file of `obscurad --timing`.",
+        "How late each row of a frame left, half a second after the frame has ended: "
+        "`row_lateness_us` of the file of `obscurad --timing`.",
         [&cameras](const RowArguments& arguments, service::Work& /*work*/) {
             return timing_rows(cameras, arguments);
         });
@@ -158,8 +156,7 @@ service::Call timing_rows_call(const CameraCalls::Cameras& cameras) {
         {"frame", "integer", "", "Number of the frame"},
         {"acquisition", "integer", "", "Number of its acquisition"},
         {"lateness_us", "array of integers", "us",
-         "Release of each row after its time, whole ones, first row first; nil for a row that did "
-         "not leave"}};
+         "Release of each row after its time, whole ones, first row first; nil for a row that did not leave"}};
     return call;
 }
 

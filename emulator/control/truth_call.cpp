@@ -180,10 +180,7 @@ Answer truth(const ControlledCamera& camera, const TruthArguments& arguments, co
 service::Call truth_call(const CameraCalls::Cameras& cameras) {
     service::Call call = service::call<TruthArguments>(
         "truth", service::Permission::view,
-        "Tells where things are in a frame of the camera, of its own poses and its own scene, px of the "
-        "image "
-        "with pixel centres at integers: where their light lands, each row of a rolling shutter at its own "
-        "time, as in the truth table (docs/truth.md).",
+        "Tells where things are in a frame of the camera, of its own poses and its own scene, px of the image with pixel centres at integers: where their light lands, each row of a rolling shutter at its own time, as in the truth table (docs/truth.md).",
         [&cameras](const TruthArguments& arguments, Work& work) {
             return truth(checked_camera(cameras, arguments.camera), arguments, work);
         });
@@ -195,22 +192,19 @@ service::Call truth_call(const CameraCalls::Cameras& cameras) {
          "Quaternion w, x, y, z: from camera to inertial axes, at mid-exposure"},
         {"sun_position_m", "array of 3 numbers", "m", "Inertial, at mid-exposure"},
         {"bodies", "array of maps", "",
-         "name; x and y of the origin, null where the lens shows none; radius_px of the bounding sphere, "
-         "null "
-         "within it; range_m; position_m, inertial; limb, points [x, y] where it is seen, at most 64 in each "
-         "window, null between parts, the first point again at the end of a closed one; limb_lit of each, "
-         "whether the Sun shines there; motion {start, end}, of the origin from the first to the last row, "
-         "if "
-         "it is more than half a pixel. At most 64"},
+         "name; x and y of the origin, null where the lens shows none; "
+         "radius_px of the bounding sphere, null within it; range_m; position_m, inertial; "
+         "limb, points [x, y] where it is seen, at most 64 in each window, null between parts, the first point again at the end of a closed one; "
+         "limb_lit of each, whether the Sun shines there; "
+         "motion {start, end}, of the origin from the first to the last row, if it is more than half a pixel. "
+         "At most 64"},
         {"bodies_of", "integer", "", "Bodies of the scene"},
         {"stars", "array of maps", "",
-         "x, y, name (null where none is known) and magnitude (V) of the brightest that are seen, at most "
-         "100"},
+         "x, y, name (null where none is known) and magnitude (V) of the brightest that are seen, at most 100"},
         {"windows", "array of maps", "",
          "name; x, y, w and h in the image; sensor_x and sensor_y of its first pixel"},
         {"hot_pixels", "array of arrays", "px",
-         "[x, y] of the hottest, at most 256: stuck at high digital numbers, or ten times the mean dark "
-         "current"}};
+         "[x, y] of the hottest, at most 256: stuck at high digital numbers, or ten times the mean dark current"}};
     return call;
 }
 

@@ -39,27 +39,27 @@ MachineFacts machine_facts(const CoreSet& release_cores, int highest_priority,
 std::vector<std::string> isolation_advice(const MachineFacts& facts) {
     std::vector<std::string> advice;
     if (facts.highest_priority == 0)
-        advice.emplace_back("No thread has a SCHED_FIFO priority: rows leave late whenever another program "
-                            "runs. Set daemon.realtime and priorities in [threads].");
+        advice.emplace_back(
+            "No thread has a SCHED_FIFO priority: rows leave late whenever another program runs. "
+            "Set daemon.realtime and priorities in [threads].");
     else if (!facts.memory_locked)
         advice.emplace_back("Memory can be paged out: LimitMEMLOCK=infinity for the service.");
     if (facts.release_cores.none())
-        advice.emplace_back("The release thread has no core of its own: set threads.release_cores, and keep "
-                            "that core free with isolcpus= on the kernel's command line.");
+        advice.emplace_back(
+            "The release thread has no core of its own: set threads.release_cores, and keep that core free with isolcpus= on the kernel's command line.");
     else if (const CoreSet shared = facts.release_cores & ~facts.isolated; shared.any())
-        advice.push_back(fmt::format("Core {0} of the release thread is not isolated: "
-                                     "isolcpus=domain,managed_irq,{0} nohz_full={0} rcu_nocbs={0} on the "
-                                     "kernel's command line.",
-                                     cores_text(shared)));
+        advice.push_back(fmt::format(
+            "Core {0} of the release thread is not isolated: isolcpus=domain,managed_irq,{0} nohz_full={0} rcu_nocbs={0} on the kernel's command line.",
+            cores_text(shared)));
     if (!facts.realtime_kernel)
         advice.emplace_back("The kernel is no real-time one: apt install linux-image-rt-amd64.");
     if (!facts.governor.empty() && facts.governor != "performance")
-        advice.push_back(fmt::format("The processor changes its frequency ({}): cpupower frequency-set -g "
-                                     "performance.",
-                                     facts.governor));
+        advice.push_back(
+            fmt::format("The processor changes its frequency ({}): cpupower frequency-set -g performance.",
+                        facts.governor));
     if (facts.virtual_machine)
-        advice.emplace_back("This is a virtual machine: its host can stall it for 1 to 20 ms, whatever the "
-                            "settings.");
+        advice.emplace_back(
+            "This is a virtual machine: its host can stall it for 1 to 20 ms, whatever the settings.");
     return advice;
 }
 

@@ -161,13 +161,9 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
         std::equal(before.bands.begin(), before.bands.end(), after.bands.begin(), after.bands.end(),
                    [](const auto& a, const auto& b) { return a == b; });
     if (!same_bands || before.camera.aperture_m != after.camera.aperture_m)
-        return "the scene's spectral bands and the camera's aperture cannot change while running; restart "
-               "for "
-               "that";
+        return "the scene's spectral bands and the camera's aperture cannot change while running; restart for that";
     if (next.daemon.scene_time == SceneTime::tai && before.epoch != after.epoch)
-        return "the scene's epoch cannot change while frames follow it (daemon.scene_time = \"tai\"); "
-               "restart "
-               "for that";
+        return "the scene's epoch cannot change while frames follow it (daemon.scene_time = \"tai\"); restart for that";
     if (simulator_) return "the scene cannot change while a simulator moves it; restart for that";
     std::atomic<bool> stop{false};
     bool loaded = false;

@@ -79,7 +79,7 @@ public:
     /// client that controls it (empty: none), and returns once it has run. Rethrows what it throws. Between
     /// start() and stop(); thread-safe.
     void run_between_commands(const transports::Transport::ControlWork& work);
-    /// Where simulators send poses and steps; null: nobody can.
+    /// Where simulators send poses and steps; null: no port.
     [[nodiscard]] SimulatorServer* simulator() noexcept { return simulator_.get(); }
 
     /// Frames for viewers; null: neither calls nor monitor.frames.

@@ -78,10 +78,12 @@ std::string text_of(const ReleaseSelfTest& test) {
     for (const ReleaseLateness& row : test.rows)
         out += fmt::format("{:<34} {:>6.0f} {:>8} {:>10.1f} {:>10.1f} {:>10.1f}\n", row.name, row.rate_hz,
                            row.rows, row.p50_us, row.p99_us, row.max_us);
-    return out + fmt::format("\nAt its present load this machine releases 99 of 100 rows at most {:.1f} us "
-                             "after their due time; "
-                             "the column max shows the worst row.\n",
-                             test.p99_us);
+    return out +
+           fmt::format(
+               "\n"
+               "At its present load this machine releases 99 of 100 rows at most {:.1f} us after their due time; "
+               "the column max shows the worst row.\n",
+               test.p99_us);
 }
 
 } // namespace obscura::emulator

@@ -52,10 +52,9 @@ void add_metrics(nlohmann::ordered_json& state, const SimulatorCounters& counter
 
 std::string summary_line(const Camera& camera, const TransportList& transports) {
     const CameraCounters c = camera.counters();
-    std::string line =
-        fmt::format("{} triggers, {} frames, {} complete, {} late, {} missed triggers, {} dropped, "
-                    "{} abandoned",
-                    c.triggers, c.frames, c.complete, c.late, c.missed_triggers, c.dropped, c.abandoned);
+    std::string line = fmt::format(
+        "{} triggers, {} frames, {} complete, {} late, {} missed triggers, {} dropped, {} abandoned",
+        c.triggers, c.frames, c.complete, c.late, c.missed_triggers, c.dropped, c.abandoned);
     if (c.unsent > 0) line += fmt::format(", {} unsent", c.unsent);
     for (const auto& transport : transports) {
         const transports::TransportCounters t = transport->counters();

@@ -60,8 +60,7 @@ void grant_priorities(ThreadPlan& plan, bool required) {
             "daemon.realtime: \"required\", but {}; allowed with \"auto\", CAP_SYS_NICE or LimitRTPRIO >= {}",
             grant.why, highest));
     log_warning(
-        "real time: not permitted ({}); running with ordinary scheduling, expect late frames on a busy "
-        "machine",
+        "real time: not permitted ({}); running with ordinary scheduling, expect late frames on a busy machine",
         grant.why);
     clear_priorities(plan);
 }
@@ -70,9 +69,10 @@ void grant_rendering(RenderScheduling& render, bool required) {
     const RealtimeGrant grant = scheduling_permitted(render);
     if (grant.granted) return;
     if (required)
-        throw HardwareError(fmt::format("daemon.realtime: \"required\", but rendering: {}; allowed with "
-                                        "\"auto\", CAP_SYS_NICE or LimitNICE={}",
-                                        grant.why, render.nice));
+        throw HardwareError(fmt::format(
+            "daemon.realtime: "
+            "\"required\", but rendering: {}; allowed with \"auto\", CAP_SYS_NICE or LimitNICE={}",
+            grant.why, render.nice));
     log_warning("rendering: {}; rendering shares the processors evenly with other programs", grant.why);
     render.nice = 0;
 }

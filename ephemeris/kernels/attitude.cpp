@@ -104,10 +104,9 @@ SpacecraftClock::SpacecraftClock(const KernelPool& pool, int id) {
         if (!(c.seconds_per_tick > 0) || !std::isfinite(c.seconds_per_tick) ||
             (!correlations_.empty() &&
              (c.ticks <= correlations_.back().ticks || c.parallel_s <= correlations_.back().parallel_s)))
-            throw InputError(
-                fmt::format("{}: correlation {}: ticks {}, time {} s, rate {}: times must increase, rates be "
-                            "above 0",
-                            table, i / 3 + 1, c.ticks, c.parallel_s, triples[i + 2]));
+            throw InputError(fmt::format(
+                "{}: correlation {}: ticks {}, time {} s, rate {}: times must increase, rates be above 0",
+                table, i / 3 + 1, c.ticks, c.parallel_s, triples[i + 2]));
         correlations_.push_back(c);
     }
 }

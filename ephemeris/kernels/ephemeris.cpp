@@ -298,8 +298,7 @@ std::string Ephemeris::reason(int target, int observer, TdbTime time, Evaluation
         }
     }
     return fmt::format(
-        "{}: they have no common centre in the loaded kernels, or a frame of a segment is not known at that "
-        "time",
+        "{}: they have no common centre in the loaded kernels, or a frame of a segment is not known at that time",
         what);
 }
 

@@ -85,9 +85,9 @@ double unit_of(const std::string& place, const std::string& name) {
                                Unit{"SECONDANGLE", degree / 240}};
     for (const Unit& unit : units)
         if (unit.name == name) return unit.rad;
-    throw InputError(fmt::format("{}: angles in '{}', allowed DEGREES, RADIANS, ARCMINUTES, ARCSECONDS, "
-                                 "HOURANGLE, MINUTEANGLE, SECONDANGLE",
-                                 place, name));
+    throw InputError(fmt::format(
+        "{}: angles in '{}', allowed DEGREES, RADIANS, ARCMINUTES, ARCSECONDS, HOURANGLE, MINUTEANGLE, SECONDANGLE",
+        place, name));
 }
 
 /// Variable of a frame, by id or else by name.
@@ -241,10 +241,9 @@ FrameDefinition find_frame(const KernelPool& pool, const BodyNames& bodies, std:
             if (const auto id = bodies.id(candidate))
                 return {.name = name, .kind = FrameDefinition::Class::body, .class_id = *id};
     }
-    throw InputError(
-        fmt::format("frame {}: unknown: neither J2000, ECLIPJ2000, IAU_ and a body, nor a frame of a loaded "
-                    "frame kernel (FK)",
-                    name));
+    throw InputError(fmt::format(
+        "frame {}: unknown: neither J2000, ECLIPJ2000, IAU_ and a body, nor a frame of a loaded frame kernel (FK)",
+        name));
 }
 
 std::string frame_name(const KernelPool& pool, int id) {

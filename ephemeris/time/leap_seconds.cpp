@@ -171,9 +171,8 @@ LeapSeconds read_leap_seconds(const std::filesystem::path& file) {
 void validate(const LeapSeconds& leap_seconds, const std::string& name) {
     const auto& steps = leap_seconds.steps;
     if (steps.empty())
-        throw ConfigError(fmt::format("{}: no leap seconds (DELTET/DELTA_AT, or lines \"seconds since 1900, "
-                                      "TAI - UTC\")",
-                                      name));
+        throw ConfigError(fmt::format(
+            "{}: no leap seconds (DELTET/DELTA_AT, or lines \"seconds since 1900, TAI - UTC\")", name));
     if (steps.front() != LeapSecond{first_step_day, 10})
         throw ConfigError(fmt::format("{}: the leap seconds do not begin with 10 s on 1972-01-01", name));
     for (std::size_t i = 1; i < steps.size(); ++i) {

@@ -27,9 +27,7 @@ private:
 
 /// Forms that read_time() takes, for help texts.
 inline constexpr const char* time_forms =
-    "\"2007-02-28T12:00:00Z\", \"2007-059T12:00:00\", \"2007 FEB 28 12:00:00.5 TDB\", \"JD 2454160.0 TDB\", "
-    "\"MJD 54159.5\", \"ET 225936065.18\" (s of TDB since J2000), \"PTP 1172664033\" (s of TAI since 1970), "
-    "\"GPS 1416 302414\" (week, s)";
+    "\"2007-02-28T12:00:00Z\", \"2007-059T12:00:00\", \"2007 FEB 28 12:00:00.5 TDB\", \"JD 2454160.0 TDB\", \"MJD 54159.5\", \"ET 225936065.18\" (s of TDB since J2000), \"PTP 1172664033\" (s of TAI since 1970), \"GPS 1416 302414\" (week, s)";
 
 /// Reads a time, to the nanosecond. Forms, of any case:
 /// - `2007-02-28`, `2007-02-28T12:00[:00[.0...]]`, T or spaces before the time of day; `2007-059...` with the

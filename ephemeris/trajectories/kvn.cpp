@@ -238,8 +238,9 @@ void append_segment(const KvnReader& reader, std::size_t line, PathFile& file, c
         file.frames = frames;
     else if (frames.object != file.frames.object || frames.centre != file.frames.centre ||
              frames.frame != file.frames.frame || frames.of_frame != file.frames.of_frame)
-        reader.fail(line, "the segment has another object, centre or frame than the first, allowed is one of "
-                          "each in a file");
+        reader.fail(
+            line,
+            "the segment has another object, centre or frame than the first, allowed is one of each in a file");
     else if (segment.start < file.segments.back().stop)
         reader.fail(line, "the segment begins before the one before it ends");
     file.segments.push_back(std::move(segment));

@@ -32,10 +32,11 @@ Interpolation interpolation_of(const KvnBlock& meta) {
 void add_sample(const KvnReader& reader, const KvnLine& line, const KvnSample& sample, PathSegment& segment) {
     const std::vector<double>& n = sample.numbers;
     if (n.size() != 6 && n.size() != 9)
-        reader.fail(line.number,
-                    fmt::format("{} numbers after the time, allowed are 6 (x y z in km, vx vy vz in km/s), "
-                                "or 9 with accelerations",
-                                n.size()));
+        reader.fail(
+            line.number,
+            fmt::format(
+                "{} numbers after the time, allowed are 6 (x y z in km, vx vy vz in km/s), or 9 with accelerations",
+                n.size()));
     const Vec3 position_m = Vec3{n[0], n[1], n[2]} * 1e3;
     const Vec3 velocity_m_s = Vec3{n[3], n[4], n[5]} * 1e3;
     if (!(length(position_m) <= farthest_m)) reader.fail(line.number, "the position is beyond 1e12 km");

@@ -28,10 +28,9 @@ Pds3SampleType sample_type(const PdsLabel& label) {
     const bool size_known = type.kind == Pds3SampleType::Kind::real ? bits == 32 || bits == 64
                                                                     : bits == 8 || bits == 16 || bits == 32;
     if (!size_known || (type.kind == Pds3SampleType::Kind::real && has("VAX")))
-        throw InputError(
-            fmt::format("{}: samples of type {} with {} bits cannot be read, allowed are integers of 8, 16 "
-                        "and 32 and IEEE reals of 32 and 64 bits",
-                        label.file().string(), name.substr(0, 60), bits));
+        throw InputError(fmt::format(
+            "{}: samples of type {} with {} bits cannot be read, allowed are integers of 8, 16 and 32 and IEEE reals of 32 and 64 bits",
+            label.file().string(), name.substr(0, 60), bits));
     return type;
 }
 

@@ -51,8 +51,7 @@ public:
         if (!(real || whole) || !(grey || colours) || layout_.samples < 1 || layout_.samples > 8 ||
             (planar != PLANARCONFIG_CONTIG && layout_.samples > 1))
             refuse(fmt::format(
-                "{} samples of {} bits, photometry {}: allowed are grey and RGB of 8, 16 or 32 bits or reals "
-                "of 32 or 64 bits, samples together",
+                "{} samples of {} bits, photometry {}: allowed are grey and RGB of 8, 16 or 32 bits or reals of 32 or 64 bits, samples together",
                 layout_.samples, layout_.bits, photometric));
         const std::string_view missing = tag_text(tiff_.get(), tag_gdal_nodata);
         double value = 0;

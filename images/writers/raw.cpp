@@ -36,7 +36,9 @@ void write_text(const std::filesystem::path& file, std::string_view text) {
 void write_raw16(const std::filesystem::path& file, std::int32_t width, std::int32_t height, int bits,
                  std::span<const std::uint16_t> pixels, const Cards& cards) {
     std::string sidecar = fmt::format("# {}: {} x {} pixels, 16-bit little-endian words, first row first\n"
-                                      "width = {}\nheight = {}\nbits = {}\n",
+                                      "width = {}\n"
+                                      "height = {}\n"
+                                      "bits = {}\n",
                                       file.filename().string(), width, height, width, height, bits);
     for (const Card& card : cards) {
         std::string value = card_text(card);

@@ -12,10 +12,15 @@ constexpr std::string_view document_path = "/lxi/identification";
 
 std::string answer(std::string_view status, std::string_view headers, std::string_view type,
                    std::string_view body) {
-    return fmt::format(
-        "HTTP/1.1 {}\r\n{}Content-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n"
-        "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n{}",
-        status, headers, type, body.size(), body);
+    return fmt::format("HTTP/1.1 {}\r\n"
+                       "{}Content-Type: {}\r\n"
+                       "Content-Length: {}\r\n"
+                       "Cache-Control: no-store\r\n"
+                       "X-Content-Type-Options: nosniff\r\n"
+                       "Connection: close\r\n"
+                       "\r\n"
+                       "{}",
+                       status, headers, type, body.size(), body);
 }
 
 std::string refusal(std::string_view status, std::string_view headers = {}) {
@@ -32,17 +37,25 @@ std::string lxi_identification(const LxiIdentity& identity) {
             : fmt::format("    <InstrumentAddressString>TCPIP::{}::{}::SOCKET</InstrumentAddressString>\n",
                           identity.address, identity.scpi_port);
     return fmt::format(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<LXIDevice xmlns=\"{0}\" "
-        "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:schemaLocation=\"{0} {0}\">\n"
-        "  <Manufacturer>Obscura</Manufacturer>\n  <Model>obscura-instrument</Model>\n"
-        "  <SerialNumber>0</SerialNumber>\n  <FirmwareRevision>{1}</FirmwareRevision>\n"
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<LXIDevice xmlns=\"{0}\" xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:schemaLocation=\"{0} {0}\">\n"
+        "  <Manufacturer>Obscura</Manufacturer>\n"
+        "  <Model>obscura-instrument</Model>\n"
+        "  <SerialNumber>0</SerialNumber>\n"
+        "  <FirmwareRevision>{1}</FirmwareRevision>\n"
         "  <ManufacturerDescription>Stand-in for a space camera</ManufacturerDescription>\n"
         "  <IdentificationURL>http://{2}:{3}{4}</IdentificationURL>\n"
-        "  <Interface xsi:type=\"NetworkInformation\" InterfaceType=\"LXI\" IPType=\"IPv4\">\n{5}"
-        "    <Hostname>{6}</Hostname>\n    <IPAddress>{2}</IPAddress>\n    <SubnetMask></SubnetMask>\n"
-        "    <MACAddress></MACAddress>\n    <Gateway></Gateway>\n    <DHCPEnabled>false</DHCPEnabled>\n"
-        "    <AutoIPEnabled>false</AutoIPEnabled>\n  </Interface>\n"
-        "  <LXIVersion>1.5, identification only</LXIVersion>\n</LXIDevice>\n",
+        "  <Interface xsi:type=\"NetworkInformation\" InterfaceType=\"LXI\" IPType=\"IPv4\">\n"
+        "{5}    <Hostname>{6}</Hostname>\n"
+        "    <IPAddress>{2}</IPAddress>\n"
+        "    <SubnetMask></SubnetMask>\n"
+        "    <MACAddress></MACAddress>\n"
+        "    <Gateway></Gateway>\n"
+        "    <DHCPEnabled>false</DHCPEnabled>\n"
+        "    <AutoIPEnabled>false</AutoIPEnabled>\n"
+        "  </Interface>\n"
+        "  <LXIVersion>1.5, identification only</LXIVersion>\n"
+        "</LXIDevice>\n",
         space, escaped_xml(identity.version), identity.address, identity.http_port, document_path, scpi,
         escaped_xml(identity.host));
 }

@@ -45,22 +45,22 @@ std::string xtce_type(const FieldInfo& field, std::string_view name, std::string
                   field.least, field.most)
             : std::string();
     if (is_float(field.type))
-        return fmt::format("      <Float{0}Type name=\"{1}\" sizeInBits=\"{2}\">{3}<FloatDataEncoding "
-                           "sizeInBits=\"{2}\"/>{4}</Float{0}Type>\n",
-                           what, name, bits, unit, range);
+        return fmt::format(
+            "      <Float{0}Type name=\"{1}\" sizeInBits=\"{2}\">{3}<FloatDataEncoding sizeInBits=\"{2}\"/>{4}</Float{0}Type>\n",
+            what, name, bits, unit, range);
     const bool is_signed = field.type == FieldType::i64;
     const std::string encoding = fmt::format("<IntegerDataEncoding sizeInBits=\"{}\" encoding=\"{}\"/>", bits,
                                              is_signed ? "twosComplement" : "unsigned");
     if (field.states.empty())
-        return fmt::format("      <Integer{0}Type name=\"{1}\" sizeInBits=\"{2}\" "
-                           "signed=\"{3}\">{4}{5}{6}</Integer{0}Type>\n",
-                           what, name, bits, is_signed, unit, encoding, range);
+        return fmt::format(
+            "      <Integer{0}Type name=\"{1}\" sizeInBits=\"{2}\" signed=\"{3}\">{4}{5}{6}</Integer{0}Type>\n",
+            what, name, bits, is_signed, unit, encoding, range);
     std::string states;
     for (const FieldState& state : field.states)
         states += fmt::format("<Enumeration value=\"{}\" label=\"{}\"/>", state.value, state.name);
-    return fmt::format("      <Enumerated{0}Type "
-                       "name=\"{1}\">{2}{3}<EnumerationList>{4}</EnumerationList></Enumerated{0}Type>\n",
-                       what, name, unit, encoding, states);
+    return fmt::format(
+        "      <Enumerated{0}Type name=\"{1}\">{2}{3}<EnumerationList>{4}</EnumerationList></Enumerated{0}Type>\n",
+        what, name, unit, encoding, states);
 }
 
 /// Parameter of a field of telemetry: "FRAME_OUTCOME".
@@ -74,11 +74,13 @@ std::string parameter(std::string_view name, std::string_view help) {
 }
 
 std::string base(std::string_view container, std::string_view conditions) {
-    return fmt::format(
-        "        <BaseContainer containerRef=\"{}\">\n          <RestrictionCriteria>\n            "
-        "<ComparisonList>\n{}            </ComparisonList>\n          </RestrictionCriteria>\n        "
-        "</BaseContainer>\n",
-        container, conditions);
+    return fmt::format("        <BaseContainer containerRef=\"{}\">\n"
+                       "          <RestrictionCriteria>\n"
+                       "            <ComparisonList>\n"
+                       "{}            </ComparisonList>\n"
+                       "          </RestrictionCriteria>\n"
+                       "        </BaseContainer>\n",
+                       container, conditions);
 }
 
 std::string condition(std::string_view name, unsigned value) {
@@ -94,16 +96,17 @@ std::string xtce_telemetry(std::uint16_t first_apid) {
     };
     const auto container = [&](std::string_view name, std::string_view help, bool abstract,
                                const std::string& basis) {
-        containers += fmt::format(
-            "      <SequenceContainer name=\"{}\" shortDescription=\"{}\"{}>\n        <EntryList>\n{}        "
-            "</EntryList>\n{}      </SequenceContainer>\n",
-            name, escaped_xml(help), abstract ? " abstract=\"true\"" : "", entries, basis);
+        containers +=
+            fmt::format("      <SequenceContainer name=\"{}\" shortDescription=\"{}\"{}>\n"
+                        "        <EntryList>\n"
+                        "{}        </EntryList>\n"
+                        "{}      </SequenceContainer>\n",
+                        name, escaped_xml(help), abstract ? " abstract=\"true\"" : "", entries, basis);
         entries.clear();
     };
     for (const HeaderBits& field : primary) {
         types += fmt::format(
-            "      <IntegerParameterType name=\"{0}\" sizeInBits=\"{1}\" signed=\"false\"><UnitSet/>"
-            "<IntegerDataEncoding sizeInBits=\"{1}\" encoding=\"unsigned\"/></IntegerParameterType>\n",
+            "      <IntegerParameterType name=\"{0}\" sizeInBits=\"{1}\" signed=\"false\"><UnitSet/><IntegerDataEncoding sizeInBits=\"{1}\" encoding=\"unsigned\"/></IntegerParameterType>\n",
             field.name, field.bits);
         parameters += parameter(field.name, field.help);
         entry(field.name);
@@ -124,10 +127,15 @@ std::string xtce_telemetry(std::uint16_t first_apid) {
         container(packet.name, packet.help, false,
                   base("TELEMETRY", condition("CCSDS_APID", first_apid + packet.number)));
     }
-    return fmt::format(
-        "  <TelemetryMetaData>\n    <ParameterTypeSet>\n{}    </ParameterTypeSet>\n    <ParameterSet>\n{}    "
-        "</ParameterSet>\n    <ContainerSet>\n{}    </ContainerSet>\n  </TelemetryMetaData>\n",
-        types, parameters, containers);
+    return fmt::format("  <TelemetryMetaData>\n"
+                       "    <ParameterTypeSet>\n"
+                       "{}    </ParameterTypeSet>\n"
+                       "    <ParameterSet>\n"
+                       "{}    </ParameterSet>\n"
+                       "    <ContainerSet>\n"
+                       "{}    </ContainerSet>\n"
+                       "  </TelemetryMetaData>\n",
+                       types, parameters, containers);
 }
 
 std::size_t command_bytes(const PacketInfo& packet) {
@@ -147,10 +155,9 @@ std::string xtce_commands(std::uint16_t first_apid) {
         const auto header =
             make_packet({true, true, static_cast<std::uint16_t>(first_apid + telecommand_apid), 0},
                         std::vector<std::uint8_t>(command_bytes(packet)));
-        std::string arguments =
-            fmt::format("          <Argument name=\"{0}\" argumentTypeRef=\"{0}\" shortDescription=\"{1}\" "
-                        "initialValue=\"0\"/>\n",
-                        camera.name, escaped_xml(camera.help));
+        std::string arguments = fmt::format(
+            "          <Argument name=\"{0}\" argumentTypeRef=\"{0}\" shortDescription=\"{1}\" initialValue=\"0\"/>\n",
+            camera.name, escaped_xml(camera.help));
         std::string entries;
         const auto fixed = [&](std::string_view name, unsigned bits, std::uint64_t value) {
             entries += fmt::format(
@@ -172,16 +179,23 @@ std::string xtce_commands(std::uint16_t first_apid) {
                 field.name, escaped_xml(field.help));
             argument(field.name);
         }
-        commands += fmt::format(
-            "      <MetaCommand name=\"{0}\" shortDescription=\"{1}\">\n        <ArgumentList>\n{2}        "
-            "</ArgumentList>\n        <CommandContainer name=\"{0}\">\n          <EntryList>\n{3}          "
-            "</EntryList>\n        </CommandContainer>\n      </MetaCommand>\n",
-            packet.name, escaped_xml(packet.help), arguments, entries);
+        commands += fmt::format("      <MetaCommand name=\"{0}\" shortDescription=\"{1}\">\n"
+                                "        <ArgumentList>\n"
+                                "{2}        </ArgumentList>\n"
+                                "        <CommandContainer name=\"{0}\">\n"
+                                "          <EntryList>\n"
+                                "{3}          </EntryList>\n"
+                                "        </CommandContainer>\n"
+                                "      </MetaCommand>\n",
+                                packet.name, escaped_xml(packet.help), arguments, entries);
     }
-    return fmt::format(
-        "  <CommandMetaData>\n    <ArgumentTypeSet>\n{}    </ArgumentTypeSet>\n    <MetaCommandSet>\n{}    "
-        "</MetaCommandSet>\n  </CommandMetaData>\n",
-        types, commands);
+    return fmt::format("  <CommandMetaData>\n"
+                       "    <ArgumentTypeSet>\n"
+                       "{}    </ArgumentTypeSet>\n"
+                       "    <MetaCommandSet>\n"
+                       "{}    </MetaCommandSet>\n"
+                       "  </CommandMetaData>\n",
+                       types, commands);
 }
 
 constexpr std::string_view cosmos_head = "# Made by: obscura-instrument --describe {}; do not edit.\n";
@@ -215,12 +229,12 @@ std::string cosmos_parameter(const FieldInfo& field) {
 } // namespace
 
 std::string xtce_description(std::uint16_t first_apid) {
-    return fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- Made by obscura-instrument for "
-                       "APIDs from {} on -->\n"
-                       "<SpaceSystem xmlns=\"http://www.omg.org/spec/XTCE/20180204\" name=\"OBSCURA\" "
-                       "shortDescription=\"Stand-in for a "
-                       "space camera\">\n{}{}</SpaceSystem>\n",
-                       first_apid, xtce_telemetry(first_apid), xtce_commands(first_apid));
+    return fmt::format(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<!-- Made by obscura-instrument for APIDs from {} on -->\n"
+        "<SpaceSystem xmlns=\"http://www.omg.org/spec/XTCE/20180204\" name=\"OBSCURA\" shortDescription=\"Stand-in for a space camera\">\n"
+        "{}{}</SpaceSystem>\n",
+        first_apid, xtce_telemetry(first_apid), xtce_commands(first_apid));
 }
 
 std::string cosmos_telemetry(std::uint16_t first_apid) {

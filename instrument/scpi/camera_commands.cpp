@@ -243,8 +243,8 @@ std::vector<Command> camera_commands() {
          .set = trigger,
          .changes_camera = true},
         {.header = "[CAMera#:]TRIGger[:SEQuence]:RESult",
-         .help = "Outcome of this connection's last trigger, waited for: frame, outcome, late rows, edge as "
-                 "TAI in ns since 1970, seconds until the last row had left",
+         .help =
+             "Outcome of this connection's last trigger, waited for: frame, outcome, late rows, edge as TAI in ns since 1970, seconds until the last row had left",
          .query = trigger_result},
         {.header = "[CAMera#:]INITiate[:IMMediate]",
          .help = "Starts the acquisition",

@@ -115,8 +115,8 @@ std::vector<Command> status_commands() {
                  return fmt::format("Obscura,obscura-instrument,0,{}", call.context.version);
              }},
         {.header = "*RST",
-         .help = "Forgets the result of the last trigger and a pending *OPC; settings and acquisition of the "
-                 "camera, which others may be using, stay",
+         .help = "Forgets the result of the last trigger and a pending *OPC; "
+                 "settings and acquisition of the camera, which others may be using, stay",
          .set =
              [](const ScpiCall& call) {
                  call.context.last_trigger.reset();
@@ -165,8 +165,8 @@ std::vector<Command> status_commands() {
          .most = 1},
         {.header = "*STB", .help = "Status byte", .query = status_byte},
         {.header = "*OPC",
-         .help = "Sets bit 0 of *ESR? when the pending trigger has its outcome; the query waits for it and "
-                 "answers 1",
+         .help =
+             "Sets bit 0 of *ESR? when the pending trigger has its outcome; the query waits for it and answers 1",
          .set =
              [](const ScpiCall& call) {
                  if (call.context.link.trigger_pending())

@@ -32,20 +32,18 @@ Distortion::Distortion(const scene::Distortion& d, double focal_length_m) : mode
     std::copy(d.coefficients.begin(), d.coefficients.end(), k_);
     if (model_ != Model::table) return;
     if (d.ideal_mm.size() != d.real_mm.size() || d.ideal_mm.size() < 2)
-        throw ConfigError(
-            fmt::format("camera: distortion table: {} ideal and {} real distances, allowed as many of each, "
-                        "at least 2",
-                        d.ideal_mm.size(), d.real_mm.size()));
+        throw ConfigError(fmt::format(
+            "camera: distortion table: {} ideal and {} real distances, allowed as many of each, at least 2",
+            d.ideal_mm.size(), d.real_mm.size()));
     for (std::size_t i = 0; i < d.ideal_mm.size(); ++i) {
         ideal_.push_back(d.ideal_mm[i] * 1e-3 / focal_length_m);
         real_.push_back(d.real_mm[i] * 1e-3 / focal_length_m);
         const bool rises =
             i == 0 ? ideal_[0] == 0 && real_[0] == 0 : ideal_[i] > ideal_[i - 1] && real_[i] > real_[i - 1];
         if (!rises)
-            throw ConfigError(
-                fmt::format("camera: distortion table: entry {}: allowed are distances that begin at 0 and "
-                            "increase",
-                            i + 1));
+            throw ConfigError(fmt::format(
+                "camera: distortion table: entry {}: allowed are distances that begin at 0 and increase",
+                i + 1));
     }
     slopes_ = monotone_slopes(ideal_, real_);
 }

@@ -58,9 +58,9 @@ Lens::Lens(const scene::Camera& camera)
             double ratio = 1;
             if (camera.distortion.model != scene::Distortion::Model::table &&
                 !distortion_.ideal(on_plane(x, y), ratio))
-                throw ConfigError(fmt::format("camera: distortion: has no inverse at pixel ({:.0f}, {:.0f}): "
-                                              "allowed are models that are one to one over the sensor",
-                                              x, y));
+                throw ConfigError(fmt::format(
+                    "camera: distortion: has no inverse at pixel ({:.0f}, {:.0f}): allowed are models that are one to one over the sensor",
+                    x, y));
             double inside = 0;
             double beside = 0;
             const Vec3 d = direction_at(x, y, inside);

@@ -272,10 +272,9 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
     if (s.model == Model::table && s.defocus_m != 0)
         throw ConfigError("camera: psf: a table cannot be defocused: allowed are gaussian and airy");
     if (disc_px > room_px)
-        throw ConfigError(
-            fmt::format("camera: psf: the disc of the defocus has a radius of {:.1f} px: a core of {} px "
-                        "allows {:.1f}",
-                        disc_px, s.core_px, room_px));
+        throw ConfigError(fmt::format(
+            "camera: psf: the disc of the defocus has a radius of {:.1f} px: a core of {} px allows {:.1f}",
+            disc_px, s.core_px, room_px));
 
     const double aspect = camera.pixel_aspect();
     std::unique_ptr<Psf> psf(new Psf);
@@ -288,10 +287,9 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
         const double bytes =
             8.0 * (2.0 * half + 9) * (2.0 * half + 9) * static_cast<double>(bands.size() * places);
         if (bytes > largest_tables_bytes)
-            throw ConfigError(
-                fmt::format("camera: psf: a core of {} px for {} bands at {} places takes {:.0f} MB: allowed "
-                            "are {:.0f}",
-                            s.core_px, bands.size(), places, bytes / 1e6, largest_tables_bytes / 1e6));
+            throw ConfigError(fmt::format(
+                "camera: psf: a core of {} px for {} bands at {} places takes {:.0f} MB: allowed are {:.0f}",
+                s.core_px, bands.size(), places, bytes / 1e6, largest_tables_bytes / 1e6));
     };
 
     if (s.model == Model::table) {
@@ -318,10 +316,9 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                                (i.band == 0 || i.band == static_cast<std::int32_t>(b) + 1);
                     });
                     if (found == images.end())
-                        throw InputError(
-                            fmt::format("{}: no image for band {} at ({}, {}): places must form a grid, each "
-                                        "with all bands",
-                                        s.file, b + 1, x, y));
+                        throw InputError(fmt::format(
+                            "{}: no image for band {} at ({}, {}): places must form a grid, each with all bands",
+                            s.file, b + 1, x, y));
                     const PsfImage& image = *found;
                     // Samples per pitch of the columns, along both axes.
                     const double across = image.samples_per_pixel;

@@ -85,9 +85,11 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
         if (status != 0 || axes == 0) continue;
         if (axes > 3 || axes < 2 || size[0] < 3 || size[1] < 3 || size[0] > largest_side ||
             size[1] > largest_side || size[2] < 1 || size[2] > max_images)
-            refuse(file, fmt::format("extension {}: {} x {} x {} values: allowed are images, or cubes of "
-                                     "them, of 3 to {} a side",
-                                     hdu - 1, size[0], size[1], size[2], largest_side));
+            refuse(
+                file,
+                fmt::format(
+                    "extension {}: {} x {} x {} values: allowed are images, or cubes of them, of 3 to {} a side",
+                    hdu - 1, size[0], size[1], size[2], largest_side));
         PsfImage image;
         image.width = static_cast<std::int32_t>(size[0]);
         image.height = static_cast<std::int32_t>(size[1]);
@@ -103,9 +105,11 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
             refuse(file, fmt::format("extension {}: OVERSAMY {}: allowed 0.1 to 256 samples a pixel", hdu - 1,
                                      image.samples_per_row));
         if (!std::isfinite(image.field_x) || !std::isfinite(image.field_y) || !(band >= 0 && band <= 16))
-            refuse(file, fmt::format("extension {}: FIELDX, FIELDY or BAND: allowed are pixels of the sensor "
-                                     "and bands from 1 to 16",
-                                     hdu - 1));
+            refuse(
+                file,
+                fmt::format("extension {}: "
+                            "FIELDX, FIELDY or BAND: allowed are pixels of the sensor and bands from 1 to 16",
+                            hdu - 1));
         const auto count = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
         for (long plane = 0; plane < size[2]; ++plane) {
             if (images.size() >= static_cast<std::size_t>(max_images)) refuse(file, "more than 4096 images");

@@ -101,10 +101,9 @@ std::vector<StrayMap> read_stray_light(const scene::Scene& scene) {
         scene::at_position(description.position, [&] {
             std::vector<Plane> planes = read_stray_planes(description.file, scene.bands);
             if (planes.size() != 1 && planes.size() != scene.bands.size())
-                throw ConfigError(
-                    fmt::format("stray light: {} has {} planes: allowed are 1, or one for each of the {} "
-                                "bands",
-                                description.file, planes.size(), scene.bands.size()));
+                throw ConfigError(fmt::format(
+                    "stray light: {} has {} planes: allowed are 1, or one for each of the {} bands",
+                    description.file, planes.size(), scene.bands.size()));
             StrayMap map;
             map.width = scene.camera.width;
             map.follows_sun = description.follows_sun;

@@ -6,11 +6,12 @@
 namespace obscura::renderer {
 
 scene::ParameterList declare(LambertParameters& p) {
-    return {config::key("albedo", &p.albedo)
-                .range(0, 1)
-                .required()
-                .help("Hemispherical reflectance of the surface, which is the normal albedo and the Bond "
-                      "albedo too")};
+    return {
+        config::key("albedo", &p.albedo)
+            .range(0, 1)
+            .required()
+            .help(
+                "Hemispherical reflectance of the surface, which is the normal albedo and the Bond albedo too")};
 }
 
 void Lambert::reflectance(const ScatterPacket& s, Doubles& r) const {

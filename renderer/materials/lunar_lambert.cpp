@@ -16,8 +16,9 @@ scene::ParameterList declare(LunarLambertParameters& p) {
         scene::image_or(
             config::key("weight", config::Numbers{p.weight.data(), p.weight.size()})
                 .range(-1e6, 1e6)
-                .help("Weight L(g) of the Lommel-Seeliger part: coefficients of the phase angle in degrees, "
-                      "constant term first; the Moon's by default")),
+                .help(
+                    "Weight L(g) of the Lommel-Seeliger part: coefficients of the phase angle in degrees, constant term first; "
+                    "the Moon's by default")),
     };
 }
 

@@ -14,8 +14,8 @@ scene::ParameterList declare(MinnaertParameters& p) {
         config::key("albedo", &p.albedo)
             .range(0, 1)
             .required()
-            .help("Minnaert albedo A: the normal albedo; the Bond albedo 4 A / (exponent + 1)^2 may not "
-                  "exceed 1"),
+            .help(
+                "Minnaert albedo A: the normal albedo; the Bond albedo 4 A / (exponent + 1)^2 may not exceed 1"),
         scene::image_or(config::key("exponent", &p.exponent)
                             .range(0.3, 2)
                             .help("Minnaert exponent k; 1: Lambert's law, less: brighter limb")),

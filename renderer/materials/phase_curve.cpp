@@ -25,8 +25,8 @@ scene::ParameterList declare(PhaseCurveParameters& p) {
         config::key("albedo", &p.albedo)
             .range(0, 2)
             .required()
-            .help("Geometric albedo: light of a sphere at phase 0 over that of a Lambert disc of its size "
-                  "and albedo 1"),
+            .help(
+                "Geometric albedo: light of a sphere at phase 0 over that of a Lambert disc of its size and albedo 1"),
         config::key("phase_deg", &p.phase_deg)
             .unit("deg")
             .range(0, last_table_deg)
@@ -36,12 +36,12 @@ scene::ParameterList declare(PhaseCurveParameters& p) {
             .unit("mag")
             .range(-5, 30)
             .required()
-            .help("Magnitudes of a sphere at these phase angles, less that at phase 0; a monotone cubic "
-                  "between"),
+            .help(
+                "Magnitudes of a sphere at these phase angles, less that at phase 0; a monotone cubic between"),
         config::key("lunar_share", &p.lunar_share)
             .range(0, 1)
-            .help("Share L of the Lommel-Seeliger law in the limb darkening; 0: Lambert's law, 1: no limb "
-                  "darkening at phase 0"),
+            .help("Share L of the Lommel-Seeliger law in the limb darkening; 0: "
+                  "Lambert's law, 1: no limb darkening at phase 0"),
     };
 }
 

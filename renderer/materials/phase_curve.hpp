@@ -14,8 +14,8 @@ namespace obscura::renderer {
 struct PhaseCurveParameters {
     static constexpr std::string_view kind = "phase-curve";
     static constexpr std::string_view help =
-        "Measured phase curve: a sphere has the given geometric albedo and magnitudes over phase; limb "
-        "darkening between Lommel-Seeliger's and Lambert's law.";
+        "Measured phase curve: a sphere has the given geometric albedo and magnitudes over phase; "
+        "limb darkening between Lommel-Seeliger's and Lambert's law.";
     using Family = scene::MaterialFamily;
 
     double albedo = 0.1; ///< geometric, of a sphere at phase 0

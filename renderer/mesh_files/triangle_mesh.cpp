@@ -25,9 +25,8 @@ void validate(TriangleMesh& mesh, const std::string& source) {
         throw InputError(fmt::format("{}: no triangles: a mesh needs at least one face", source));
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
         if (!is_finite(widen(mesh.vertices[i])))
-            throw InputError(fmt::format("{}: vertex {} is not finite in metres as a 32-bit number (at most "
-                                         "3.4e38)",
-                                         source, i + 1));
+            throw InputError(fmt::format(
+                "{}: vertex {} is not finite in metres as a 32-bit number (at most 3.4e38)", source, i + 1));
     for (std::size_t i = 0; i < mesh.uvs.size(); ++i)
         if (!std::isfinite(mesh.uvs[i][0]) || !std::isfinite(mesh.uvs[i][1]))
             throw InputError(fmt::format("{}: texture coordinate {} is not finite", source, i + 1));

@@ -14,8 +14,8 @@ namespace {
 config::Keys keys_of(DetailParameters& d) {
     return {
         config::key("terrain", &d.terrain)
-            .help("Class of terrain whose table of slopes the noise follows: the Moon's highlands or maria, "
-                  "Mars, a rubble pile, the own table of baselines_m and slopes_deg, or no noise"),
+            .help(
+                "Class of terrain whose table of slopes the noise follows: the Moon's highlands or maria, Mars, a rubble pile, the own table of baselines_m and slopes_deg, or no noise"),
         config::key("baselines_m", &d.baselines_m)
             .unit("m")
             .range(1e-3, 1e9)
@@ -23,20 +23,20 @@ config::Keys keys_of(DetailParameters& d) {
         config::key("slopes_deg", &d.slopes_deg)
             .unit("deg")
             .range(1e-6, 60)
-            .help("Rms slope over each of the baselines: the arc tangent of the rms difference of heights at "
-                  "that distance over the distance"),
+            .help(
+                "Rms slope over each of the baselines: the arc tangent of the rms difference of heights at that distance over the distance"),
         config::key("hurst", &d.hurst)
             .range(0, 1)
             .help(
-                "Hurst exponent of an own table of one slope: the rms difference of heights grows with this "
-                "power of the distance, up to a quarter of the body's radius; 0: none"),
+                "Hurst exponent of an own table of one slope: the rms difference of heights grows with this power of the distance, up to a quarter of the body's radius; "
+                "0: none"),
         config::key("seed", &d.seed).help("Another number gives another surface of the same kind"),
         config::key("crater_age_ga", &d.crater_age_ga)
             .unit("Ga")
             .range(0, 4.5)
-            .help("Age of the surface, which has the Moon's craters of that time, fresh and worn, not more "
-                  "than equilibrium allows; 0: no craters. Noise makes the part of the slopes that craters "
-                  "leave"),
+            .help(
+                "Age of the surface, which has the Moon's craters of that time, fresh and worn, not more than equilibrium allows; "
+                "0: no craters. Noise makes the part of the slopes that craters leave"),
         config::key("crater_least_m", &d.crater_least_m)
             .unit("m")
             .range(0.01, 1e6)
@@ -44,17 +44,17 @@ config::Keys keys_of(DetailParameters& d) {
         config::key("crater_largest_m", &d.crater_largest_m)
             .unit("m")
             .range(0.01, terrain::CraterLaw::largest_diameter_m)
-            .help("Diameter of the largest craters, at most a third of the least radius, or of half the edge "
-                  "of a plane"),
+            .help(
+                "Diameter of the largest craters, at most a third of the least radius, or of half the edge of a plane"),
         config::key("boulders_per_m2", &d.boulders_per_m2)
             .unit("1/m2")
             .range(0, 10)
-            .help("Boulders larger than 1 m on a square metre away from young craters (the Moon: 1e-4 to "
-                  "2e-3); 0: none"),
+            .help(
+                "Boulders larger than 1 m on a square metre away from young craters (the Moon: 1e-4 to 2e-3); 0: none"),
         config::key("boulder_index", &d.boulder_index)
             .range(1, 6)
-            .help("Index of the sizes of boulders: the number larger than D goes with D to minus this power "
-                  "(the Moon 1.8 to 2.7, Ryugu 2.65, Itokawa 3.1)"),
+            .help(
+                "Index of the sizes of boulders: the number larger than D goes with D to minus this power (the Moon 1.8 to 2.7, Ryugu 2.65, Itokawa 3.1)"),
         config::key("boulder_least_m", &d.boulder_least_m)
             .unit("m")
             .range(0.01, 1000)
@@ -65,19 +65,19 @@ config::Keys keys_of(DetailParameters& d) {
             .help("Longest axis of the largest boulders"),
         config::key("boulder_ejecta", &d.boulder_ejecta)
             .range(0, 1000)
-            .help("Boulders at the rim of a crater that was just made, over those elsewhere, less 1; fewer "
-                  "with the distance and with the age of the crater, up to 0.3 Ga"),
+            .help("Boulders at the rim of a crater that was just made, over those elsewhere, less 1; "
+                  "fewer with the distance and with the age of the crater, up to 0.3 Ga"),
         config::key("boulder_rock_px", &d.boulder_rock_px)
             .unit("px")
             .range(0, 1e6)
-            .help("Size in the picture from which a boulder that overhangs is a rock that stands on the "
-                  "ground, with a form of its own, instead of a dome in the surface; from a quarter of it on "
-                  "for more and more of the samples. 0: all are domes"),
+            .help(
+                "Size in the picture from which a boulder that overhangs is a rock that stands on the ground, with a form of its own, instead of a dome in the surface; "
+                "from a quarter of it on for more and more of the samples. 0: all are domes"),
         config::key("truth_least_px", &d.truth_least_px)
             .unit("px")
             .range(3, 1e6)
-            .help("Craters and boulders of at least this diameter in the picture are listed in its truth "
-                  "table (docs/truth.md)"),
+            .help(
+                "Craters and boulders of at least this diameter in the picture are listed in its truth table (docs/truth.md)"),
         config::key("truth_most", &d.truth_most)
             .range(0, 4096)
             .help("Largest number of features in the truth table, biggest first; 0: none"),
@@ -143,8 +143,7 @@ terrain::SlopeTable slopes_of(const DetailParameters& d, const terrain::SurfaceD
 config::Section detail_section(DetailParameters& detail) {
     config::Section section{
         "detail",
-        "Procedural detail of a planet or terrain between and below the samples of its height maps, or on "
-        "its bare reference surface: noise, craters and boulders, by position and seed."};
+        "Procedural detail of a planet or terrain between and below the samples of its height maps, or on its bare reference surface: noise, craters and boulders, by position and seed."};
     section.keys = keys_of(detail);
     section.check = [&detail](const config::ReadTable& table) { check(detail, table); };
     return section;

@@ -14,8 +14,8 @@ config::Keys height_keys(HeightTable& t) {
     config::Keys keys{
         config::key("file", config::Path{&t.file})
             .required()
-            .help("Height map: a giant texture (.obt), or an image of at most 67 million pixels (PDS3 label, "
-                  "TIFF, FITS, OpenEXR or PNG)"),
+            .help(
+                "Height map: a giant texture (.obt), or an image of at most 67 million pixels (PDS3 label, TIFF, FITS, OpenEXR or PNG)"),
         config::key("priority", &t.priority)
             .range(-1000, 1000)
             .help("Maps of higher priority cover those of lower, of equal ones the later covers the earlier; "
@@ -23,23 +23,23 @@ config::Keys height_keys(HeightTable& t) {
         config::key("feather_m", &t.feather_m)
             .unit("m")
             .range(0, 1e9)
-            .help("Width over which a map goes over to those below it at the edge of its data; 0: 16 of its "
-                  "pixels and at least 4 of those below, at most a quarter of its shorter side"),
+            .help("Width over which a map goes over to those below it at the edge of its data; "
+                  "0: 16 of its pixels and at least 4 of those below, at most a quarter of its shorter side"),
         config::key("match", &t.match)
             .help("How a map is fitted to those below it: not at all, or shifted by the mean difference"),
         config::key("scale_m", &t.map.scale_m)
             .unit("m")
             .range(1e-9, 1e9)
-            .help("Length of the file's unit, where its label does not say that; the scale of a label is "
-                  "applied before"),
+            .help(
+                "Length of the file's unit, where its label does not say that; the scale of a label is applied before"),
         config::key("offset_m", &t.map.offset_m)
             .unit("m")
             .range(-1e12, 1e12)
             .help("Added to the numbers after the scale"),
         config::key("values", &t.map.meaning, "file")
-            .help("What the numbers are: heights above the reference surface along the direction from the "
-                  "centre (of a plane: along z) or along its normal, or distances from the centre; \"file\": "
-                  "as its label says, else heights"),
+            .help(
+                "What the numbers are: heights above the reference surface along the direction from the centre (of a plane: along z) or along its normal, or distances from the centre; "
+                "\"file\": as its label says, else heights"),
     };
     for (config::Key& key : map_keys(t.map))
         keys.push_back(std::move(key));
@@ -58,9 +58,8 @@ config::Section height_section(HeightTable& t) {
 config::List height_list(std::vector<HeightTable>& tables) {
     return config::list<HeightTable>(
         "height",
-        "A height map of a planet or terrain, one table for each: where they overlap, that of the higher "
-        "priority covers the others and goes over to them at the edge of its data. Without any, the body has "
-        "its reference surface.",
+        "A height map of a planet or terrain, one table for each: where they overlap, that of the higher priority covers the others and goes over to them at the edge of its data. "
+        "Without any, the body has its reference surface.",
         tables, height_section);
 }
 

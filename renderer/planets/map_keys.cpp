@@ -28,11 +28,11 @@ config::Keys map_keys(terrain::MapKeys& map) {
             .help("Projection of the map; \"file\": as its label says (PDS3, GeoTIFF, .obt)"),
         config::key("registration", &map.registration)
             .help(
-                "Whether samples belong to the middles of pixels or to nodes, the outer of which lie on the "
-                "edges; with projection"),
+                "Whether samples belong to the middles of pixels or to nodes, the outer of which lie on the edges; "
+                "with projection"),
         config::key("latitudes", &map.latitudes)
-            .help("Kind of the latitudes of the map, planetographic ones those of the spheroid of the body; "
-                  "with projection"),
+            .help(
+                "Kind of the latitudes of the map, planetographic ones those of the spheroid of the body; with projection"),
         angle("left_deg", map.left_rad)
             .range(-720, 720)
             .help("Longitude of the left edge, east positive; with projection = \"simple_cylindrical\""),
@@ -43,8 +43,8 @@ config::Keys map_keys(terrain::MapKeys& map) {
         angle("bottom_deg", map.bottom_rad).range(-90, 90).help("Latitude of the edge below the last row"),
         angle("centre_longitude_deg", map.centre_longitude_rad)
             .range(-360, 360)
-            .help("Meridian that runs up from the pole (south) or down from it (north) in a polar "
-                  "stereographic map, which has true scale at the pole"),
+            .help(
+                "Meridian that runs up from the pole (south) or down from it (north) in a polar stereographic map, which has true scale at the pole"),
         config::key("left_m", &map.left_m)
             .unit("m")
             .range(-1e12, 1e12)
@@ -56,8 +56,8 @@ config::Keys map_keys(terrain::MapKeys& map) {
         config::key("pixel_m", &map.pixel_m)
             .unit("m")
             .range(0, 1e9)
-            .help("Edge of a pixel of a planar or polar stereographic map; wanted with one of those "
-                  "projections"),
+            .help(
+                "Edge of a pixel of a planar or polar stereographic map; wanted with one of those projections"),
     };
 }
 

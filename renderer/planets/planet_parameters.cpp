@@ -24,8 +24,9 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
     keys.emplace_back(
         config::key("cells_per_face", &relief.cells_per_face)
             .range(0, max_cells_per_face)
-            .help("Cells along the edge of the plane or of each of the six faces of a planet, a power of two "
-                  "from 256; 0: by distance, as `cell_px` says"));
+            .help(
+                "Cells along the edge of the plane or of each of the six faces of a planet, a power of two from 256; "
+                "0: by distance, as `cell_px` says"));
     keys.emplace_back(
         config::key("cell_px", &relief.cell_px)
             .unit("px")
@@ -38,17 +39,17 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
             .help("Memory for tiles of the surface; those that were not used for long make room for others"));
     keys.emplace_back(
         config::key("sun_visibility", &relief.sun_visibility)
-            .help("How a terrain finds its own shadows: \"traced\", by a ray to the Sun from each point, "
-                  "exact; \"tiles\", from means over cells that are kept with its tiles and made again when "
-                  "the Sun has moved by 0.05 degrees: for frames of one sample a pixel at a fixed rate. In "
-                  "direct sunlight alone; reflections and lamps have shadow rays"));
+            .help(
+                "How a terrain finds its own shadows: "
+                "\"traced\", by a ray to the Sun from each point, exact; "
+                "\"tiles\", from means over cells that are kept with its tiles and made again when the Sun has moved by 0.05 degrees: for frames of one sample a pixel at a fixed rate. "
+                "In direct sunlight alone; reflections and lamps have shadow rays"));
     keys.emplace_back(
         config::key("unresolved_slopes", &relief.unresolved_slopes)
             .help(
-                "Slopes of maps and detail that are too fine for the cells: \"in_material\", the material "
-                "stands for them, as laws fitted to pictures from afar do; \"facets\", the light is that of "
-                "facets with such slopes, some in the shadow of others, and the material that of ground "
-                "finer than all detail"));
+                "Slopes of maps and detail that are too fine for the cells: "
+                "\"in_material\", the material stands for them, as laws fitted to pictures from afar do; "
+                "\"facets\", the light is that of facets with such slopes, some in the shadow of others, and the material that of ground finer than all detail"));
     return keys;
 }
 
@@ -126,8 +127,8 @@ scene::ParameterList declare(PlanetParameters& p) {
              .unit("m")
              .range(1e-6, 1e12)
              .required()
-             .help("Three radii of the ellipsoid from which heights count, along x, y and z of the body "
-                   "frame")},
+             .help(
+                 "Three radii of the ellipsoid from which heights count, along x, y and z of the body frame")},
         p.relief);
 }
 

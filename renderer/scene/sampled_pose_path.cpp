@@ -68,9 +68,9 @@ ephemeris::PathFile path_of_table(const std::filesystem::path& file, const std::
     for (const TimedPose& sample : samples) {
         const ephemeris::Epoch at{std::llround(std::clamp(sample.time_s, -max_s, max_s) * 1e9)};
         if (!segment.epochs.empty() && at <= segment.epochs.back())
-            throw ConfigError(fmt::format("{}: time_s: {} is less than 1 ns after the row before, or beyond "
-                                          "9e9 s",
-                                          file.string(), sample.time_s));
+            throw ConfigError(
+                fmt::format("{}: time_s: {} is less than 1 ns after the row before, or beyond 9e9 s",
+                            file.string(), sample.time_s));
         segment.epochs.push_back(at);
         segment.position_m.push_back(sample.pose.position_m);
         segment.orientation.push_back(sample.pose.orientation);

@@ -25,8 +25,8 @@ config::Keys keys_of(Scene& s) {
         config::key("name", &s.name).help("Name of the scene; the file's own name if not given"),
         config::key("max_bounces", &s.max_bounces)
             .range(0, 1000)
-            .help("Largest number of reflections after the first; 0: direct light only, 1: also what other "
-                  "bodies reflect to a body (planetshine)"),
+            .help("Largest number of reflections after the first; "
+                  "0: direct light only, 1: also what other bodies reflect to a body (planetshine)"),
         config::key("light_time", &s.light_time)
             .help("Correct for light time: show bodies where they were when the light left them"),
         config::key("aberration", &s.aberration)
@@ -47,8 +47,8 @@ config::Keys keys_of(Sun& s) {
         config::key("radius_m", &s.radius_m).unit("m").range(1, 1e12).help("Radius of the Sun's disc"),
         config::key("limb_darkening", &s.limb_darkening)
             .range(0, 1)
-            .help("Limb darkening u of the Sun's disc, linear law 1 - u (1 - mu), about 0.6 for visible "
-                  "light; 0: a uniform disc"),
+            .help(
+                "Limb darkening u of the Sun's disc, linear law 1 - u (1 - mu), about 0.6 for visible light; 0: a uniform disc"),
         config::key("irradiance_scale", &s.irradiance_scale)
             .range(0, 1e6)
             .help("Factor on the Sun's ASTM E490 spectrum; 0: no Sun"),
@@ -88,11 +88,11 @@ config::Keys keys_of(Camera& s) {
         config::key("velocity_m_s", &s.velocity_m_s)
             .unit("m/s")
             .range(-2.9e8, 2.9e8)
-            .help("Velocity of the camera in the inertial frame, for aberration; that of the trajectory if "
-                  "not given"),
+            .help(
+                "Velocity of the camera in the inertial frame, for aberration; that of the trajectory if not given"),
         config::key("psf", &s.psf.model)
-            .help("Point spread function: gaussian (psf_sigma_px), airy (diffraction at the aperture), table "
-                  "(psf_file)"),
+            .help(
+                "Point spread function: gaussian (psf_sigma_px), airy (diffraction at the aperture), table (psf_file)"),
         config::key("psf_obscuration", &s.psf.obscuration)
             .range(0, 0.99)
             .help("Diameter of the central obscuration over that of the aperture"),
@@ -101,8 +101,8 @@ config::Keys keys_of(Camera& s) {
             .range(-1e5, 1e5)
             .help("Distance of the focus from the sensor, with psf gaussian and airy"),
         config::key("psf_file", config::Path{&s.psf.file})
-            .help("FITS images of a point source, with psf table; keywords OVERSAMP (samples per pixel), "
-                  "FIELDX, FIELDY, BAND"),
+            .help(
+                "FITS images of a point source, with psf table; keywords OVERSAMP (samples per pixel), FIELDX, FIELDY, BAND"),
         config::key("psf_core_px", &s.psf.core_px)
             .unit("px")
             .range(2, 128)
@@ -112,18 +112,18 @@ config::Keys keys_of(Camera& s) {
         config::key("psf_wings_px", &s.psf.wings_px)
             .unit("px")
             .range(0, 65536)
-            .help("Radius of the wings of the point spread function, beyond psf_core_px; 0: no wings, all "
-                  "light is in the core"),
+            .help(
+                "Radius of the wings of the point spread function, beyond psf_core_px; 0: no wings, all light is in the core"),
         config::key("projection", &s.projection)
-            .help("Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, 2 f "
-                  "tan t/2, f sin t"),
+            .help(
+                "Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, 2 f tan t/2, f sin t"),
         config::key("distortion", &s.distortion.model)
             .help("Model of the lens distortion; each has coefficients of its own or a table"),
         config::key("distortion_coefficients", &s.distortion.coefficients)
             .range(-1e6, 1e6)
-            .help(
-                "Coefficients of the distortion, those left out are 0; brown-conrady (real to ideal): k1 k2 "
-                "k3 p1 p2; opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4; radial: k1 k2 k3 k4"),
+            .help("Coefficients of the distortion, those left out are 0; "
+                  "brown-conrady (real to ideal): k1 k2 k3 p1 p2; "
+                  "opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4; radial: k1 k2 k3 k4"),
         config::key("distortion_ideal_mm", &s.distortion.ideal_mm)
             .unit("mm")
             .range(0, 1e6)
@@ -136,15 +136,15 @@ config::Keys keys_of(Camera& s) {
                     config::Numbers{s.principal_offset_px.data(), s.principal_offset_px.size()})
             .unit("px")
             .range(-65536, 65536)
-            .help("Principal point, where the optical axis meets the sensor, from the sensor's centre: "
-                  "right, down"),
+            .help(
+                "Principal point, where the optical axis meets the sensor, from the sensor's centre: right, down"),
         config::key("sensor_rotation_deg", config::Scaled{&s.sensor_rotation_rad, degree})
             .unit("deg")
             .range(-360, 360)
             .help("Rotation of the sensor about the optical axis, right towards down"),
         word_key("vignetting", &s.pupil_cosine, "none", "cos4")
-            .help("cos4: light is attenuated by the cosine of its angle to the boresight; with the solid "
-                  "angle of a pinhole's pixels this is the cos^4 law"),
+            .help("cos4: light is attenuated by the cosine of its angle to the boresight; "
+                  "with the solid angle of a pinhole's pixels this is the cos^4 law"),
     };
 }
 
@@ -161,16 +161,16 @@ config::Keys keys_of(Body& s) {
         config::key("emission_texture", config::Path{&s.textures.emission, true, true})
             .help("Emission map, a factor on emission_w_m2_sr: an image as for albedo_texture; empty: none"),
         config::key("albedo_texture", config::Path{&s.textures.albedo, true, true})
-            .help("Albedo map, a factor on the body's reflectance: FITS, PNG, TIFF, JPEG, OpenEXR or PDS3 "
-                  "image; empty: none"),
+            .help("Albedo map, a factor on the body's reflectance: "
+                  "FITS, PNG, TIFF, JPEG, OpenEXR or PDS3 image; empty: none"),
         config::key("normal_texture", config::Path{&s.textures.normal, true, true})
             .help("Normal map, an image that perturbs the surface normals; empty: none"),
         word_key("texture_coding", &s.textures.srgb, "linear", "srgb")
-            .help("Coding of the texels of albedo_texture and emission_texture: linear or sRGB (IEC "
-                  "61966-2-1)"),
+            .help(
+                "Coding of the texels of albedo_texture and emission_texture: linear or sRGB (IEC 61966-2-1)"),
         word_key("texture_mapping", &s.textures.by_longitude, "own", "longitude")
-            .help("Texture coordinates: own: those of the shape where it has any; longitude: longitude and "
-                  "latitude"),
+            .help(
+                "Texture coordinates: own: those of the shape where it has any; longitude: longitude and latitude"),
         config::key("texture_left_deg", config::Scaled{&s.textures.left_longitude_rad, degree})
             .unit("deg")
             .range(-360, 360)
@@ -185,8 +185,8 @@ config::Keys keys_of(Lamp& s) {
         config::key("half_angle_deg", config::Scaled{&s.half_angle_rad, degree})
             .unit("deg")
             .range(0.001, 180)
-            .help("Half angle of the beam; uniform: its edge; gaussian: where exp(-2) of the axial intensity "
-                  "is left"),
+            .help(
+                "Half angle of the beam; uniform: its edge; gaussian: where exp(-2) of the axial intensity is left"),
         config::key("intensity_w_sr", &s.intensity_w_sr)
             .unit("W/sr")
             .range(0, 1e20)
@@ -204,14 +204,13 @@ config::Keys keys_of(Landmark& s) {
         config::key("longitude_deg", config::Scaled{&s.longitude_rad, degree})
             .unit("deg")
             .range(-360, 360)
-            .help("Longitude of the point about the body's z axis, from its x axis towards its y axis; the "
-                  "point is where that direction from the origin leaves the surface"),
+            .help("Longitude of the point about the body's z axis, from its x axis towards its y axis; "
+                  "the point is where that direction from the origin leaves the surface"),
         config::key("latitude_deg", config::Scaled{&s.latitude_rad, degree})
             .unit("deg")
             .range(-90, 90)
             .help(
-                "Latitude of the point: angle between its direction from the body's origin and the body's xy "
-                "plane (planetocentric)"),
+                "Latitude of the point: angle between its direction from the body's origin and the body's xy plane (planetocentric)"),
     };
 }
 
@@ -219,8 +218,8 @@ config::Keys keys_of(StrayLight& s) {
     return {
         config::key("file", config::Path{&s.file})
             .required()
-            .help("Map of the stray light, FITS or OpenEXR of the sensor's size: one plane, or one for each "
-                  "spectral band"),
+            .help(
+                "Map of the stray light, FITS or OpenEXR of the sensor's size: one plane, or one for each spectral band"),
         config::key("w_m2_per_unit", &s.w_m2_per_unit)
             .unit("W/m2")
             .range(0, 1e12)
@@ -244,8 +243,9 @@ config::Keys keys_of(SpectralBand& s) {
             .help("Upper end of the spectral band"),
         config::key("transmission", config::Curve{&s.transmission})
             .range(0, 1)
-            .help("Transmission of filter and optics over wavelength: [nm, fraction] pairs, increasing in "
-                  "wavelength; 1 if not given"),
+            .help(
+                "Transmission of filter and optics over wavelength: [nm, fraction] pairs, increasing in wavelength; "
+                "1 if not given"),
     };
 }
 

@@ -48,12 +48,12 @@ std::vector<ParameterTexture> textures_of(const ParameterList& parameters) {
         t.unit = parameter.key.unit();
         t.file_key = t.parameter + "_texture";
         t.range_key = t.parameter + "_texture_range";
-        t.file_help = fmt::format("Image of one plane that gives {} over the surface, instead of a constant; "
-                                  "empty: none",
-                                  t.constant_key);
-        t.range_help = fmt::format("Values of {} for a texel of 0 and a texel of 1 (integers: full scale) of "
-                                   "{}",
-                                   t.constant_key, t.file_key);
+        t.file_help = fmt::format(
+            "Image of one plane that gives {} over the surface, instead of a constant; empty: none",
+            t.constant_key);
+        t.range_help =
+            fmt::format("Values of {} for a texel of 0 and a texel of 1 (integers: full scale) of {}",
+                        t.constant_key, t.file_key);
         if (const auto* scaled = std::get_if<config::Scaled>(&parameter.key.target)) t.si = scaled->si;
         textures.push_back(std::move(t));
     }
@@ -91,14 +91,17 @@ config::Keys common_keys(Body& body, BodyKeys& read) {
                        .choices(names_of(shape_kinds()))
                        .required()
                        .help("Kind of the body's shape, which has keys of its own"));
-    keys.push_back(config::key("material", &read.material)
-                       .choices(names_of(material_kinds()))
-                       .help("Scattering law of the body's surface, or a real surface by name; each has keys "
-                             "of its own"));
-    keys.push_back(config::key("colour_curve", config::Curve{&read.colour_curve})
-                       .range(0, 100)
-                       .help("Factor on the body's reflectance over wavelength, pairs of nm and factor, "
-                             "averaged over the sunlight in each spectral band; instead of colour"));
+    keys.push_back(
+        config::key("material", &read.material)
+            .choices(names_of(material_kinds()))
+            .help(
+                "Scattering law of the body's surface, or a real surface by name; each has keys of its own"));
+    keys.push_back(
+        config::key("colour_curve", config::Curve{&read.colour_curve})
+            .range(0, 100)
+            .help(
+                "Factor on the body's reflectance over wavelength, pairs of nm and factor, averaged over the sunlight in each spectral band; "
+                "instead of colour"));
     for (const config::Keys& more :
          {body_place_keys(read.place), keys_of(read.joint), keys_of(read.kernel, false)})
         keys.insert(keys.end(), more.begin(), more.end());

@@ -33,15 +33,17 @@ std::shared_ptr<const PosePath> path_of_samples(const std::vector<TimedPose>& sa
 config::Keys KernelKeys::keys() {
     return {
         config::key("epoch", &epoch->text)
-            .help("Instant of scene time 0, \"2007-02-28T12:00:00Z\" or another text that `obscura time` "
-                  "reads, UTC without a scale; empty: the scene has no date"),
+            .help(
+                "Instant of scene time 0, \"2007-02-28T12:00:00Z\" or another text that `obscura time` reads, UTC without a scale; "
+                "empty: the scene has no date"),
         config::key("kernels", config::Files{&files})
-            .help("SPICE kernels in order of rising priority (SPK, PCK, CK, text and meta-kernels), for "
-                  "\"ephemeris\" of bodies, camera and lamps; the Sun is where they have it, unless [sun] "
-                  "says where; without the key the file that `obscura import ephemeris` made"),
+            .help(
+                "SPICE kernels in order of rising priority (SPK, PCK, CK, text and meta-kernels), for \"ephemeris\" of bodies, camera and lamps; "
+                "the Sun is where they have it, unless [sun] says where; "
+                "without the key the file that `obscura import ephemeris` made"),
         config::key("centre", &centre)
-            .help("Body of the kernels at whose place at the epoch the origin of the inertial frame is; that "
-                  "frame has J2000 axes and is at rest relative to the solar system barycentre"),
+            .help("Body of the kernels at whose place at the epoch the origin of the inertial frame is; "
+                  "that frame has J2000 axes and is at rest relative to the solar system barycentre"),
     };
 }
 
@@ -58,10 +60,10 @@ std::shared_ptr<const KernelFrame> KernelKeys::frame() {
         if (of_scene_) throw ConfigError("the scene has no \"kernels\"");
         const auto found = ephemeris::find_default_ephemeris();
         if (!found)
-            throw ConfigError(fmt::format(
-                "the scene has no \"kernels\", and there is no default ephemeris {}: `obscura import "
-                "ephemeris` makes it from Debian's casacore-data-jpl-de405",
-                ephemeris::place_of_new_default_ephemeris().string()));
+            throw ConfigError(
+                fmt::format("the scene has no \"kernels\", and there is no default ephemeris {}: "
+                            "`obscura import ephemeris` makes it from Debian's casacore-data-jpl-de405",
+                            ephemeris::place_of_new_default_ephemeris().string()));
         kernel_files.push_back(*found);
     }
     read_ = true;
@@ -108,12 +110,13 @@ void KernelKeys::check(Scene& scene, const config::ReadTable& root) {
 config::Keys keys_of(KernelPlaceKeys& keys, bool looks) {
     return {
         config::key("ephemeris", &keys.body)
-            .help(looks
-                      ? "Body or spacecraft of the scene's kernels (name or NAIF code) at which the frame of "
-                        "position_m, orientation and trajectory is; empty: none"
-                      : "Body or spacecraft of the scene's kernels (name or NAIF code) whose place and "
-                        "rotation this body has; an ellipsoid without radii_m has its radii; position_m, "
-                        "orientation and trajectory are then in its frame; empty: none"),
+            .help(
+                looks
+                    ? "Body or spacecraft of the scene's kernels (name or NAIF code) at which the frame of position_m, orientation and trajectory is; "
+                      "empty: none"
+                    : "Body or spacecraft of the scene's kernels (name or NAIF code) whose place and rotation this body has; "
+                      "an ellipsoid without radii_m has its radii; "
+                      "position_m, orientation and trajectory are then in its frame; empty: none"),
         config::key("ephemeris_frame", &keys.frame)
             .help(looks ? "Axes of that frame, a frame of the kernels (of a CK: \"NH_LORRI\"); empty: J2000"
                         : "Axes of the body, a frame of the kernels (\"IAU_EUROPA\", \"MOON_ME_DE421\"); "

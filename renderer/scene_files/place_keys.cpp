@@ -28,8 +28,9 @@ config::Key extrapolation_key(PlaceKeys& s) {
     return config::key("max_extrapolation_s", &s.max_extrapolation_s)
         .unit("s")
         .range(0, 1e6)
-        .help("Time for which trajectory and attitude go on beyond their ends and in gaps, with the rates "
-              "that they state or else those of the last two rows; after that they hold");
+        .help(
+            "Time for which trajectory and attitude go on beyond their ends and in gaps, with the rates that they state or else those of the last two rows; "
+            "after that they hold");
 }
 
 } // namespace
@@ -52,17 +53,17 @@ config::Keys camera_place_keys(PlaceKeys& s) {
             .range(anywhere)
             .help("Point at which the z axis is aimed, instead of orientation; in the frame of position_m"),
         config::key("look_at", &s.look_at)
-            .help("Name of the body, or \"sun\", at whose centre the z axis is aimed at every instant, where "
-                  "the camera sees it; instead of orientation"),
+            .help(
+                "Name of the body, or \"sun\", at whose centre the z axis is aimed at every instant, where the camera sees it; "
+                "instead of orientation"),
         config::key("up", &s.up)
             .range(anywhere)
-            .help("Direction that is up in the image, in the frame of position_m, with boresight, look_at_m "
-                  "or look_at"),
+            .help(
+                "Direction that is up in the image, in the frame of position_m, with boresight, look_at_m or look_at"),
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
-                "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; without the "
-                "last four columns, or as CCSDS OEM file, it holds positions only, and look_at, look_at_m, "
-                "boresight, orientation or attitude gives the attitude"),
+                "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; "
+                "without the last four columns, or as CCSDS OEM file, it holds positions only, and look_at, look_at_m, boresight, orientation or attitude gives the attitude"),
         file_attitude_key(s),
         extrapolation_key(s),
     };
@@ -79,9 +80,8 @@ config::Keys body_place_keys(PlaceKeys& s) {
             .help("Quaternion [w, x, y, z] from body axes to inertial, at time 0"),
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
-                "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; without the "
-                "last four columns, or as CCSDS OEM file, it holds positions only, and orientation or "
-                "attitude gives the attitude"),
+                "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; "
+                "without the last four columns, or as CCSDS OEM file, it holds positions only, and orientation or attitude gives the attitude"),
         file_attitude_key(s),
         extrapolation_key(s),
         config::key("spin_axis", &s.spin_axis)
@@ -97,8 +97,8 @@ config::Keys body_place_keys(PlaceKeys& s) {
 config::Key relative_to_key(std::string& name) {
     return config::key("relative_to", &name)
         .help(
-            "Body from whose origin positions count, with inertial axes: as parent, but without the turning "
-            "of the body; empty: none");
+            "Body from whose origin positions count, with inertial axes: as parent, but without the turning of the body; "
+            "empty: none");
 }
 
 config::Keys keys_of(JointKeys& s) {
@@ -107,8 +107,8 @@ config::Keys keys_of(JointKeys& s) {
             .help("Body in whose frame position, orientation or trajectory are; empty: the inertial frame"),
         relative_to_key(s.relative_to),
         config::key("joint", &s.kind)
-            .help("Joint to the parent: fixed, hinge (turns about joint_axis) or slide (moves along "
-                  "joint_axis)"),
+            .help(
+                "Joint to the parent: fixed, hinge (turns about joint_axis) or slide (moves along joint_axis)"),
         config::key("joint_axis", &s.axis)
             .range(anywhere)
             .help("Axis of the joint to the parent, in the moving frame"),
@@ -121,8 +121,8 @@ config::Keys keys_of(JointKeys& s) {
             .range(anywhere)
             .help("Offset of a slide joint, constant"),
         config::key("joint_table", config::Path{&s.table, true, true})
-            .help("CSV table time_s,angle_deg (hinge) or time_s,offset_m (slide), instead of a constant; "
-                  "empty: none"),
+            .help(
+                "CSV table time_s,angle_deg (hinge) or time_s,offset_m (slide), instead of a constant; empty: none"),
     };
 }
 
@@ -190,8 +190,10 @@ bool read_positions(const PlaceKeys& place, const config::ReadTable& table, Moti
     const bool given = std::any_of(attitude_keys.begin(), attitude_keys.end(),
                                    [&](const char* key) { return table.has(key); });
     if (positions_only && place.looks && !given)
-        table.refuse("trajectory", "has no columns qw,qx,qy,qz: \"look_at\", \"look_at_m\", \"boresight\", "
-                                   "\"orientation\" or \"attitude\" is wanted beside it");
+        table.refuse(
+            "trajectory",
+            "has no columns qw,qx,qy,qz: "
+            "\"look_at\", \"look_at_m\", \"boresight\", \"orientation\" or \"attitude\" is wanted beside it");
     if (positions_only) return true;
     for (const char* key : attitude_keys)
         if (table.has(key))

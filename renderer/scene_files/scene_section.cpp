@@ -71,9 +71,8 @@ config::Section stars_section(Scene& scene, const std::shared_ptr<StarTable>& ta
     config::Section section{"stars", "Stars from a catalogue; without the table there are none."};
     section.keys = {
         config::key("catalogue", config::Path{&read->catalogue, false})
-            .help("Star catalogue: file made by `obscura import stars`, CSV table "
-                  "ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000), or the name of a shipped one "
-                  "(\"bright\")"),
+            .help(
+                "Star catalogue: file made by `obscura import stars`, CSV table ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000), or the name of a shipped one (\"bright\")"),
         config::key("limiting_magnitude", &read->limiting_magnitude)
             .unit("mag")
             .range(-30, 40)
@@ -81,8 +80,9 @@ config::Section stars_section(Scene& scene, const std::shared_ptr<StarTable>& ta
         config::key("spectrum", &read->spectrum)
             .help("Spectra of the stars: that of the class by B-V and spectral type, or a black body by B-V"),
         config::key("irradiances", config::Path{&read->irradiances, true, true})
-            .help("CSV table x,y,z,e1,e2,...: stars of known light, by direction (J2000) and irradiance in "
-                  "each spectral band, W/m2; instead of a catalogue or beside it; empty: none"),
+            .help(
+                "CSV table x,y,z,e1,e2,...: stars of known light, by direction (J2000) and irradiance in each spectral band, W/m2; "
+                "instead of a catalogue or beside it; empty: none"),
     };
     section.optional = true;
     section.check = [&scene, read, table_of_irradiances](const config::ReadTable& table) {
@@ -141,8 +141,8 @@ config::Section lamp_section(Lamp& lamp, std::size_t index, const std::shared_pt
 config::List lamp_list(std::vector<Lamp>& lamps, const std::shared_ptr<KernelKeys>& kernels) {
     config::List list;
     list.name = "lamp";
-    list.help = "A lamp, one table for each: a point source or a beam that illuminates bodies, but is not "
-                "visible itself.";
+    list.help =
+        "A lamp, one table for each: a point source or a beam that illuminates bodies, but is not visible itself.";
     list.clear = [&lamps] { lamps.clear(); };
     list.append = [&lamps, kernels](const config::Value& /*table*/) {
         lamps.emplace_back();

@@ -27,8 +27,9 @@ config::Keys keys_of(SkyObject& s, SkyObjectKeys& read) {
     return {
         config::key("name", &s.name).help("Name in the truth table"),
         config::key("kind", &s.kind)
-            .help("star: at a place on the sky; point: at a place in space, lit by the Sun (satellite, "
-                  "planet); galaxy: at a place on the sky, with Sersic's profile"),
+            .help("star: at a place on the sky; "
+                  "point: at a place in space, lit by the Sun (satellite, planet); "
+                  "galaxy: at a place on the sky, with Sersic's profile"),
         config::key("ra_deg", config::Scaled{&s.star.right_ascension_rad, degree})
             .unit("deg")
             .range(0, 360)
@@ -40,8 +41,8 @@ config::Keys keys_of(SkyObject& s, SkyObjectKeys& read) {
         config::key("v_mag", &s.star.magnitude_v)
             .unit("mag")
             .range(-60, 60)
-            .help("Johnson V, of a galaxy that of all its light; of a point its V at 1 au from Sun and "
-                  "camera at phase angle 0"),
+            .help(
+                "Johnson V, of a galaxy that of all its light; of a point its V at 1 au from Sun and camera at phase angle 0"),
         config::key("b_v", &read.b_v)
             .unit("mag")
             .range(-5, 20)
@@ -159,8 +160,7 @@ config::List sky_object_list(const std::shared_ptr<std::vector<SkyObject>>& obje
     config::List list;
     list.name = "sky_object";
     list.help =
-        "A sky object beside bodies and catalogue, one table for each: a star that moves or varies (or is in "
-        "no catalogue), a point in space with a phase law (satellite, planet), a galaxy.";
+        "A sky object beside bodies and catalogue, one table for each: a star that moves or varies (or is in no catalogue), a point in space with a phase law (satellite, planet), a galaxy.";
     list.clear = [objects] { objects->clear(); };
     list.append = [objects, kernels](const config::Value& /*table*/) {
         objects->emplace_back();

@@ -73,14 +73,13 @@ NestedAlbedo::NestedAlbedo(const SurfaceDomain& domain, std::vector<AlbedoSource
         const Texture& texture = *given.map.texture;
         const std::size_t planes = texture.planes();
         if (planes != 1 && !texture.rgb() && planes != bands.size())
-            throw InputError(fmt::format("{}: {} planes: allowed are 1, red, green and blue, or one for each "
-                                         "of the {} bands",
-                                         given.name, planes, bands.size()));
+            throw InputError(fmt::format(
+                "{}: {} planes: allowed are 1, red, green and blue, or one for each of the {} bands",
+                given.name, planes, bands.size()));
         if (texture.paged() != nullptr && given.frame.registration() == Registration::node)
-            throw InputError(
-                fmt::format("{}: samples of nodes: a giant texture of albedo that is larger than memory "
-                            "needs those of pixels",
-                            given.name));
+            throw InputError(fmt::format(
+                "{}: samples of nodes: a giant texture of albedo that is larger than memory needs those of pixels",
+                given.name));
         Source source{given.name,
                       given.map.texture,
                       given.frame,

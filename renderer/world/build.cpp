@@ -179,10 +179,9 @@ private:
         std::array<float, 3> rgb = m.diffuse;
         const auto path = [&](const std::filesystem::path& word) {
             if (word.string().starts_with("*"))
-                throw InputError(
-                    fmt::format("{}: material '{}' has its texture inside the file: it must be a file of its "
-                                "own",
-                                file.string(), m.name));
+                throw InputError(fmt::format(
+                    "{}: material '{}' has its texture inside the file: it must be a file of its own",
+                    file.string(), m.name));
             return find_texture(file, word.string());
         };
         // Textures need texture coordinates.
@@ -206,10 +205,9 @@ private:
                                            Texture::Edge edge, const std::string& place) {
         auto texture = cache_.get(file, coding, edge);
         if (texture->planes() != 1 && !texture->rgb() && texture->planes() != bands_.size())
-            throw InputError(
-                fmt::format("{}: {} planes: allowed for {} are 1, red, green and blue, or one for each of "
-                            "the {} bands",
-                            file.string(), texture->planes(), place, bands_.size()));
+            throw InputError(fmt::format(
+                "{}: {} planes: allowed for {} are 1, red, green and blue, or one for each of the {} bands",
+                file.string(), texture->planes(), place, bands_.size()));
         return texture;
     }
     std::shared_ptr<const Texture> normal(const std::filesystem::path& file, Texture::Edge edge,
@@ -255,9 +253,9 @@ void validate(const scene::Scene& scene) {
         for (std::size_t k = 0; k < curve.size(); ++k)
             if (!(std::isfinite(curve[k].wavelength_m) &&
                   (k == 0 || curve[k].wavelength_m > curve[k - 1].wavelength_m)))
-                throw ConfigError(fmt::format("bands: transmission of band {}: point {}: allowed are "
-                                              "increasing wavelengths",
-                                              i + 1, k + 1));
+                throw ConfigError(fmt::format(
+                    "bands: transmission of band {}: point {}: allowed are increasing wavelengths", i + 1,
+                    k + 1));
     }
     if (!(length(c.velocity_m_s) < 2.99e8))
         throw ConfigError("camera: the velocity must be less than that of light");

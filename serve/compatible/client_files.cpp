@@ -27,9 +27,10 @@ constexpr std::array<std::string_view, 7> typed_folders{"materials", "DEM",    "
 
 Failure missing(const std::string& name) {
     return service::bad_argument(
-        "filename", fmt::format("\"{}\": there is no such file below the server's folder, its folders "
-                                "materials, DEM, textures and sensors, and the output folder",
-                                config::printable(name)));
+        "filename",
+        fmt::format(
+            "\"{}\": there is no such file below the server's folder, its folders materials, DEM, textures and sensors, and the output folder",
+            config::printable(name)));
 }
 
 std::string md5_of(const std::filesystem::path& file) {

@@ -42,8 +42,8 @@ std::vector<PupilPoint> pupil_points(const CameraSettings& camera, std::uint32_t
     if (!(camera.focus_m > 0)) return {PupilPoint{}};
     if (camera.lens != PictureLens{})
         throw service::bad_argument(
-            "focus_plane_Z", "render: defocus (setFocus) beside another projection than a pinhole without "
-                             "distortion, allowed one of the two");
+            "focus_plane_Z",
+            "render: defocus (setFocus) beside another projection than a pinhole without distortion, allowed one of the two");
     const std::uint32_t count = std::clamp(samples, 16U, 64U);
     const double golden_rad = std::numbers::pi * (3 - std::sqrt(5.0));
     std::vector<PupilPoint> points;

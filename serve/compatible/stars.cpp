@@ -71,10 +71,9 @@ void set_background(Request& r) {
     Background stars;
     if (name.ends_with(".bin")) {
         stars = shipped_stars(r.client_state.bands);
-        r.reply.warn(
-            fmt::format("setBackground: binary star maps are not public: {} stars of the Bright Star "
-                        "Catalogue instead",
-                        stars.directions.size()));
+        r.reply.warn(fmt::format(
+            "setBackground: binary star maps are not public: {} stars of the Bright Star Catalogue instead",
+            stars.directions.size()));
     } else if (!name.empty()) {
         stars = read_map(r, r.client_state.files.existing(name));
     }

@@ -11,8 +11,9 @@ namespace obscura::sync {
 config::Keys PtpTimerKind::keys() {
     return {
         config::key("start", &start)
-            .help("ptp_timer: first edge, in seconds of the PTP clock (TAI since 1970), as in "
-                  "\"1795244437.5\"; empty: its next full second"),
+            .help(
+                "ptp_timer: first edge, in seconds of the PTP clock (TAI since 1970), as in \"1795244437.5\"; "
+                "empty: its next full second"),
     };
 }
 

@@ -13,9 +13,10 @@ config::Keys UdpKind::keys() {
     return {
         config::key("listen", &listen)
             .help(
-                "udp: IPv4 address and port that triggers are sent to. A trigger is a datagram of 16 bytes, "
-                "big endian: \"OBTR\", a 32-bit number that counts from 1 (0: not counted), and the edge's "
-                "instant in ns of TAI (64 bits; 0: its arrival). obscura trigger sends them"),
+                "udp: IPv4 address and port that triggers are sent to. "
+                "A trigger is a datagram of 16 bytes, big endian: "
+                "\"OBTR\", a 32-bit number that counts from 1 (0: not counted), and the edge's instant in ns of TAI (64 bits; "
+                "0: its arrival). obscura trigger sends them"),
         config::key("accept_empty", &accept_empty)
             .help("udp: an empty datagram is a trigger too, at its arrival"),
     };

@@ -19,8 +19,8 @@ void require_whole(const SurfaceDomain& domain, const HeightSource& source) {
     const Raster& raster = *source.raster.raster;
     const MapFrame& frame = raster.frame();
     const std::string rest =
-        "and no source below it fills that; give a source of the whole body with a lower `priority`, or fill "
-        "its holes with `obscura import map --fill gaussian`";
+        "and no source below it fills that; "
+        "give a source of the whole body with a lower `priority`, or fill its holes with `obscura import map --fill gaussian`";
     if (raster.samples().has_holes())
         throw InputError(fmt::format("{}: has pixels without data, {}", source.name, rest));
     if (domain.is_plane()) {
@@ -43,10 +43,9 @@ void require_whole(const SurfaceDomain& domain, const HeightSource& source) {
                     fmt::format("{}: does not reach longitude {:.6g}, latitude {:.6g} degrees, {}",
                                 source.name, longitude, latitude, rest));
         }
-    throw InputError(
-        fmt::format("{}: does not cover the whole body (simple cylindrical, 360 degrees of longitude, "
-                    "latitudes from -90 to 90), {}",
-                    source.name, rest));
+    throw InputError(fmt::format(
+        "{}: does not cover the whole body (simple cylindrical, 360 degrees of longitude, latitudes from -90 to 90), {}",
+        source.name, rest));
 }
 
 Overlap compare(const SurfaceDomain& domain, const HeightSource& source,

@@ -39,10 +39,12 @@ MapLabel read_pds3(const std::filesystem::path& file, std::int64_t width, std::i
     const Pds3Place place =
         read_pds3_place(label, width, height, file.string(), {.radius_hint = hint, .edges_hint = hint});
     if (place.foreign)
-        refuse(file,
-               fmt::format("a map in {} projection, allowed are SIMPLE CYLINDRICAL, EQUIRECTANGULAR and "
-                           "POLAR STEREOGRAPHIC; `obscura import map` reads others",
-                           upper_case(label.text("IMAGE_MAP_PROJECTION.MAP_PROJECTION_TYPE")).substr(0, 60)));
+        refuse(
+            file,
+            fmt::format(
+                "a map in {} projection, allowed are SIMPLE CYLINDRICAL, EQUIRECTANGULAR and POLAR STEREOGRAPHIC; "
+                "`obscura import map` reads others",
+                upper_case(label.text("IMAGE_MAP_PROJECTION.MAP_PROJECTION_TYPE")).substr(0, 60)));
     map.projection = place.projection;
     map.transform = place.transform;
     map.registration = place.registration;
@@ -101,9 +103,8 @@ public:
         Projection p;
         p.equatorial_radius_m = value(semi_major_axis, 0);
         if (!(p.equatorial_radius_m > 0))
-            refuse(file_,
-                   "a GeoTIFF whose system is a number of a list (EPSG) rather than its own spheroid; give "
-                   "`projection` and its keys, or use `obscura import map`");
+            refuse(file_, "a GeoTIFF whose system is a number of a list (EPSG) rather than its own spheroid; "
+                          "give `projection` and its keys, or use `obscura import map`");
         const double flattening = value(inverse_flattening, 0);
         p.polar_radius_m =
             value(semi_minor_axis,
@@ -143,8 +144,8 @@ private:
         } else if (scale.size() >= 2 && tie.size() >= 6) {
             t = {tie[3] - tie[0] * scale[0], scale[0], 0, tie[4] + tie[1] * scale[1], 0, -scale[1]};
         } else {
-            refuse(file_, "a GeoTIFF placed by several tie points, which cannot be used; `obscura import "
-                          "map` reads it");
+            refuse(file_, "a GeoTIFF placed by several tie points, which cannot be used; "
+                          "`obscura import map` reads it");
         }
         if (whole(raster_type) == raster_is_point) { // the tie point is the middle of its pixel
             t[0] -= 0.5 * (t[1] + t[2]);
@@ -167,11 +168,12 @@ private:
             return;
         }
         if (whole(coordinate_transformation) != polar_stereographic)
-            refuse(file_,
-                   fmt::format(
-                       "a GeoTIFF in projection {}, allowed are equirectangular ({}) and polar stereographic "
-                       "({}); `obscura import map` reads others",
-                       whole(coordinate_transformation), equirectangular, polar_stereographic));
+            refuse(
+                file_,
+                fmt::format(
+                    "a GeoTIFF in projection {}, allowed are equirectangular ({}) and polar stereographic ({}); "
+                    "`obscura import map` reads others",
+                    whole(coordinate_transformation), equirectangular, polar_stereographic));
         const double origin = value(natural_origin_latitude, 90) * angle;
         p.kind = origin < 0 ? ProjectionKind::south_polar_stereographic
                             : ProjectionKind::north_polar_stereographic;

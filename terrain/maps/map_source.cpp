@@ -49,15 +49,15 @@ void check_heights(const HeightRaster& raster, const SurfaceDomain& domain) {
     const double largest_radius = std::max({radii.x, radii.y, radii.z});
     const bool radius = raster.meaning == HeightMeaning::radius;
     if (!radius && (largest > 0.5 * min_radius || least < -0.5 * min_radius))
-        throw std::invalid_argument(fmt::format(
-            "heights from {:.6g} to {:.6g} m on a body of radius {:.6g} m; if they are distances from the "
-            "centre, set values = \"radius\"",
-            least, largest, min_radius));
+        throw std::invalid_argument(
+            fmt::format("heights from {:.6g} to {:.6g} m on a body of radius {:.6g} m; "
+                        "if they are distances from the centre, set values = \"radius\"",
+                        least, largest, min_radius));
     if (radius && (least < 0.1 * min_radius || largest > 2 * largest_radius))
-        throw std::invalid_argument(fmt::format(
-            "distances from the centre from {:.6g} to {:.6g} m on a body of radius {:.6g} m; if these are "
-            "heights, set values = \"height\"",
-            least, largest, min_radius));
+        throw std::invalid_argument(
+            fmt::format("distances from the centre from {:.6g} to {:.6g} m on a body of radius {:.6g} m; "
+                        "if these are heights, set values = \"height\"",
+                        least, largest, min_radius));
 }
 
 HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
@@ -67,10 +67,9 @@ HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
     const MapLabel label = read_map_label(keys.file, image.width, image.height);
     const std::int64_t pixels = std::int64_t{image.width} * image.height;
     if (pixels > max_memory_samples)
-        throw std::invalid_argument(
-            fmt::format("{} x {} pixels; a raster of more than {} million is made a giant texture (.obt) by "
-                        "`obscura import map`",
-                        image.width, image.height, max_memory_samples / 1'000'000));
+        throw std::invalid_argument(fmt::format(
+            "{} x {} pixels; a raster of more than {} million is made a giant texture (.obt) by `obscura import map`",
+            image.width, image.height, max_memory_samples / 1'000'000));
     require_memory(MemoryPyramid::bytes(image.width, image.height), name);
     HeightRaster made;
     const double scale = keys.scale_m * label.scale_m;

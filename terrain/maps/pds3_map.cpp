@@ -150,8 +150,7 @@ private:
                               axis.turn, axis.samples);
                 if (origin.misfit > 0.26)
                     warnings_.push_back(fmt::format(
-                        "{}: {} {} is {:.3g} pixels off the edges that the label states ({}): the edges are "
-                        "taken",
+                        "{}: {} {} is {:.3g} pixels off the edges that the label states ({}): the edges are taken",
                         name_, axis.offset_name, axis.offset, origin.misfit, axis.edge_names));
             }
             return {axis.first, is_nodes};
@@ -162,8 +161,7 @@ private:
                             name_, axis.edge_names, axis.offset_name, overrides_.edges_hint));
         if (!offset_stated)
             throw InputError(fmt::format(
-                "{}: the label does not say where the samples are: {} differ by {:.6g} pixels, the image has "
-                "{}, and {} is missing{}",
+                "{}: the label does not say where the samples are: {} differ by {:.6g} pixels, the image has {}, and {} is missing{}",
                 name_, axis.edge_names, span, axis.samples, axis.offset_name, overrides_.edges_hint));
         const double edge = stated ? (axis.first - axis.origin) * axis.pixels_per_degree : none;
         const OriginChoice origin = origin_of(axis.offset, edge, axis.turn, axis.samples);
@@ -253,8 +251,9 @@ private:
         const double line = keys_.number("LINE_PROJECTION_OFFSET"),
                      sample = keys_.number("SAMPLE_PROJECTION_OFFSET");
         if (!(scale > 0) || !std::isfinite(line) || !std::isfinite(sample))
-            throw InputError(name_ + ": the label of a polar map needs MAP_SCALE, LINE_PROJECTION_OFFSET and "
-                                     "SAMPLE_PROJECTION_OFFSET");
+            throw InputError(
+                name_ +
+                ": the label of a polar map needs MAP_SCALE, LINE_PROJECTION_OFFSET and SAMPLE_PROJECTION_OFFSET");
         const double i = origin_of(sample, none, 0, static_cast<double>(columns_)).index;
         const double j = origin_of(line, none, 0, static_cast<double>(rows_)).index;
         place.transform = {-(i + 0.5) * scale, scale, 0, (j + 0.5) * scale, 0, -scale};

@@ -328,9 +328,9 @@ void ObtFile::check_block(const BlockName& name, std::uint64_t place, std::uint3
         if (at == 0) continue;
         const int level = levels() - 1 - child.group * block_levels;
         if (!layout_.has({child.plane, level, child.i, child.j})) {
-            note(InputError(fmt::format("{}: directory block at byte {}: points to a block below the finest "
-                                        "level or beside the raster",
-                                        shards_.name(), place)));
+            note(InputError(fmt::format(
+                "{}: directory block at byte {}: points to a block below the finest level or beside the raster",
+                shards_.name(), place)));
             continue;
         }
         check_block(child, at, get<std::uint32_t>(pointer + pointer_crc), result, progress);

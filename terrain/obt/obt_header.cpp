@@ -55,8 +55,9 @@ std::string real(double value) {
 }
 
 std::string toml_of(const ObtMetadata& m, const HeaderPlaces& places) {
-    std::string out = "\n# The 4096 bytes before this text, for people. Programs read those: see "
-                      "docs/textures.md of Obscura.\n";
+    std::string out = "\n"
+                      "# The 4096 bytes before this text, for people. "
+                      "Programs read those: see docs/textures.md of Obscura.\n";
     const auto line = [&](std::string_view key, const std::string& value) {
         out += fmt::format("{} = {}\n", key, value);
     };

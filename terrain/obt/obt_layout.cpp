@@ -65,9 +65,9 @@ Layout::Layout(const ObtMetadata& metadata, const std::string& name)
     const auto add = [&](long double count, std::uint64_t each) {
         bytes += count * planes_ * static_cast<long double>(each);
         if (bytes > static_cast<long double>(max_bytes))
-            throw InputError(fmt::format("{}: {} x {} samples in {} planes: a file of at most 2^60 bytes has "
-                                         "fewer",
-                                         name, width_, height_, planes_));
+            throw InputError(
+                fmt::format("{}: {} x {} samples in {} planes: a file of at most 2^60 bytes has fewer", name,
+                            width_, height_, planes_));
     };
     std::uint64_t count = 0;
     for (int level = levels_ - 1; level >= 0; --level) {

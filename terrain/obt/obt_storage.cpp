@@ -78,9 +78,9 @@ void InputShards::open_all(std::uint64_t file_bytes, std::uint64_t shard_bytes) 
             throw InputError(fmt::format("{}: cannot open: {}", path.string(), error_text(errno)));
         const std::uint64_t stated = std::min(shard_bytes, file_bytes - k * shard_bytes);
         if (static_cast<std::uint64_t>(status.st_size) != stated)
-            throw InputError(fmt::format("{}: {} bytes, where the header of the texture states {}: it is not "
-                                         "whole",
-                                         path.string(), status.st_size, stated));
+            throw InputError(
+                fmt::format("{}: {} bytes, where the header of the texture states {}: it is not whole",
+                            path.string(), status.st_size, stated));
     }
 }
 

@@ -40,7 +40,6 @@ EXCEPTIONS = {
     "sensors/kernels.cpp:poisson_row": (90, "one loop of a vector kernel, whose state lives in registers"),
     "sensors/sensor_file.cpp:keys_of": (200, "the table of a detector's keys, in the order of the file"),
     "service/compatible/command_rows.cpp:make_commands": (440, "the table of the published client's commands"),
-    "tools/verbs/compare.cpp:declare": (85, "the declaration of a command's options"),
     "transports/gige/settings.cpp:section_of": (85, "the table of the section's keys"),
 }
 

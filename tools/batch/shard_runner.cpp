@@ -95,10 +95,9 @@ std::string program_version() {
 ShardRunner::ShardRunner(Plan plan, std::filesystem::path batch, FrameCheck check, std::uint32_t threads)
     : plan_(std::move(plan)), batch_(std::move(batch)), check_(check), host_(host_name()) {
     if (plan_.version != program_version())
-        throw InputError(
-            fmt::format("{}: version: made by Obscura {}, this is {}, whose frames can differ; run that "
-                        "version, or make a new plan",
-                        (batch_ / plan_name).string(), plan_.version, program_version()));
+        throw InputError(fmt::format(
+            "{}: version: made by Obscura {}, this is {}, whose frames can differ; run that version, or make a new plan",
+            (batch_ / plan_name).string(), plan_.version, program_version()));
     plan_.render.settings.threads = threads;
     // A limit on the size of files is an error of the write, not the end of the process without a word.
     std::signal(SIGXFSZ, SIG_IGN);

@@ -49,11 +49,10 @@ std::vector<std::string> slurm_commands(const SubmitRequest& request) {
                                       ? "$SLURM_ARRAY_TASK_ID"
                                       : fmt::format("$((SLURM_ARRAY_TASK_ID + {}))", block * slurm_block);
         // With exec the batch process, which gets the signal, is obscura and not a shell that waits for it.
-        commands.push_back(fmt::format("sbatch --array={} --job-name=obscura --cpus-per-task={} "
-                                       "--signal=B:TERM@60 --requeue --output={}{} --wrap={}",
-                                       ranges_text(tasks), request.threads,
-                                       shell_word(request.batch + "/slurm-%A_%a.log"), with_text(request),
-                                       shell_word("exec " + run_command(request, shard))));
+        commands.push_back(fmt::format(
+            "sbatch --array={} --job-name=obscura --cpus-per-task={} --signal=B:TERM@60 --requeue --output={}{} --wrap={}",
+            ranges_text(tasks), request.threads, shell_word(request.batch + "/slurm-%A_%a.log"),
+            with_text(request), shell_word("exec " + run_command(request, shard))));
     }
     return commands;
 }

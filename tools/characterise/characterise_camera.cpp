@@ -70,9 +70,9 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
         levels.push_back({rate * (series.levels[i].exposure_s - reference.exposure_s), series.levels[i].pair,
                           reference.pair});
     if (!(levels.back().bright.mean > levels.back().dark.mean + 10))
-        throw HardwareError(fmt::format("{}: the image does not grow brighter with ExposureTime; a uniform, "
-                                        "constant light is wanted, or --dark",
-                                        options.series.receiver.address));
+        throw HardwareError(fmt::format(
+            "{}: the image does not grow brighter with ExposureTime; a uniform, constant light is wanted, or --dark",
+            options.series.receiver.address));
     emva::LinearModel m;
     try {
         m = emva::evaluate(levels, emva::Method::full_well);
@@ -82,8 +82,8 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
     add_camera_conditions(series, options, result);
     result.notes.push_back(fmt::format("K was fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
     result.notes.push_back(
-        "The shortest exposure replaces the dark image; to measure dark noise, DSNU and dark current, switch "
-        "the light off and run with --dark and with this K as --gain.");
+        "The shortest exposure replaces the dark image; "
+        "to measure dark noise, DSNU and dark current, switch the light off and run with --dark and with this K as --gain.");
     result.add("gain", m.gain_dn_per_e, "DN/e-");
     if (options.photons_per_s > 0) {
         result.add("quantum_efficiency", m.quantum_efficiency, "");

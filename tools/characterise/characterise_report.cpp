@@ -199,30 +199,29 @@ std::string to_text(const Characterisation& result) {
 
 std::string to_html(const Characterisation& result) {
     std::string out = fmt::format(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta "
-        "charset=\"utf-8\"><title>{0}</title><style>body{{font-family:sans-serif;max-width:1180px;margin:2em "
-        "auto;color:#222}}table{{border-collapse:collapse;margin:.5em 0 1.5em}}td,th{{padding:.25em "
-        "1em;text-align:right;border-bottom:1px solid "
-        "#ddd}}td:first-child,th:first-child{{text-align:left}}table.conditions "
-        "td{{text-align:left}}.good{{color:#070}}.bad{{color:#c00;font-weight:bold}}</style></head><body>\n<h1>{0}</h1>\n",
+        "<!DOCTYPE html>\n"
+        "<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>body{{font-family:sans-serif;max-width:1180px;margin:2em auto;color:#222}}table{{border-collapse:collapse;margin:.5em 0 1.5em}}td,th{{padding:.25em 1em;text-align:right;border-bottom:1px solid #ddd}}td:first-child,th:first-child{{text-align:left}}table.conditions td{{text-align:left}}.good{{color:#070}}.bad{{color:#c00;font-weight:bold}}</style></head><body>\n"
+        "<h1>{0}</h1>\n",
         escaped_xml(result.subject));
     if (const std::string verdicts = summary(result); !verdicts.empty())
         out += fmt::format("<p class=\"{}\"><b>{}.</b></p>\n", verdicts.starts_with("PASS") ? "good" : "bad",
                            verdicts);
-    out += "<h2>Test conditions</h2>\n<table class=\"conditions\"><tr><td>Method</td><td>EMVA standard 1288, "
-           "release 4, linear camera model</td></tr>\n";
+    out +=
+        "<h2>Test conditions</h2>\n"
+        "<table class=\"conditions\"><tr><td>Method</td><td>EMVA standard 1288, release 4, linear camera model</td></tr>\n";
     for (const auto& [name, value] : result.conditions)
         out += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escaped_xml(name), escaped_xml(value));
-    out += "</table>\n<h2>Results</h2>\n<table><tr><th>quantity</th><th>symbol</th><th>measured</th>"
-           "<th>unit</th><th>true value</th><th>deviation</th><th>tolerance</th><th>verdict</th></tr>\n";
+    out +=
+        "</table>\n"
+        "<h2>Results</h2>\n"
+        "<table><tr><th>quantity</th><th>symbol</th><th>measured</th><th>unit</th><th>true value</th><th>deviation</th><th>tolerance</th><th>verdict</th></tr>\n";
     for (const Parameter& p : result.parameters)
-        out += fmt::format("<tr><td>{}</td><td>{}</td><td>{}{:.5g}</td><td>{}</td><td>{}</td><td>{}</td>"
-                           "<td>{}</td><td class=\"{}\">{}</td></tr>\n",
-                           row_of(p).label, row_of(p).html, p.upper_limit ? "&lt; " : "", p.measured,
-                           unit_html(p.unit), p.truth ? fmt::format("{:.5g}", *p.truth) : "",
-                           p.truth ? fmt::format("{:+.2f} %", 100 * (p.measured / *p.truth - 1)) : "",
-                           p.truth ? fmt::format("{:.3g} %", 100 * p.tolerance) : "",
-                           p.good() ? "good" : "bad", verdict(p));
+        out += fmt::format(
+            "<tr><td>{}</td><td>{}</td><td>{}{:.5g}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"{}\">{}</td></tr>\n",
+            row_of(p).label, row_of(p).html, p.upper_limit ? "&lt; " : "", p.measured, unit_html(p.unit),
+            p.truth ? fmt::format("{:.5g}", *p.truth) : "",
+            p.truth ? fmt::format("{:+.2f} %", 100 * (p.measured / *p.truth - 1)) : "",
+            p.truth ? fmt::format("{:.3g} %", 100 * p.tolerance) : "", p.good() ? "good" : "bad", verdict(p));
     out += "</table>\n";
     for (const std::string& note : result.notes)
         out += "<p>" + escaped_xml(note) + "</p>\n";
@@ -244,8 +243,7 @@ void add_nonuniformity_parts(const std::string& name, const sensors::emva1288::S
 
 std::string quantisation_note() {
     return fmt::format(
-        "The temporal dark noise is below {} DN^2, where quantisation hides it: its upper limit is given, {} "
-        "DN and 0.40 DN / K.",
+        "The temporal dark noise is below {} DN^2, where quantisation hides it: its upper limit is given, {} DN and 0.40 DN / K.",
         sensors::emva1288::min_variance_dn2, sensors::emva1288::limit_of_noise_dn);
 }
 

@@ -172,8 +172,8 @@ Characterisation characterise_series(const std::filesystem::path& folder_or_desc
                                                             1e-6 * series.dark.back().exposure_ns));
     result.add_condition("Stacks", fmt::format("{}", series.stacks.size()));
     result.notes = series.notes;
-    result.notes.push_back("K and R were fitted over 70 % of the saturation, which is the level of the "
-                           "largest temporal variance.");
+    result.notes.push_back(
+        "K and R were fitted over 70 % of the saturation, which is the level of the largest temporal variance.");
     if (m.saturation_photons == series.levels.back().photons)
         result.notes.push_back(
             "The variance is largest at the last level: the series does not reach saturation.");

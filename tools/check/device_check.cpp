@@ -184,9 +184,9 @@ void try_realtime(const emulator::DaemonConfig& config, Trials& trials) {
         trials.run(fmt::format("real-time priority {}", priority), otherwise, [&] {
             const RealtimeGrant grant = realtime_permitted(priority);
             if (!grant.granted)
-                throw HardwareError(fmt::format("{}; start the daemon as a service, or allow it in "
-                                                "/etc/security/limits.d (rtprio {}), or give CAP_SYS_NICE",
-                                                grant.why, priority));
+                throw HardwareError(fmt::format(
+                    "{}; start the daemon as a service, or allow it in /etc/security/limits.d (rtprio {}), or give CAP_SYS_NICE",
+                    grant.why, priority));
             return std::string("permitted");
         });
     trials.run("rendering", otherwise, [&] {
@@ -200,10 +200,10 @@ void try_realtime(const emulator::DaemonConfig& config, Trials& trials) {
         const RealtimeGrant grant = lock_memory();
         if (grant.granted) munlockall();
         if (!grant.granted)
-            throw HardwareError(
-                fmt::format("{}; start the daemon as a service, or allow it in /etc/security/limits.d "
-                            "(memlock unlimited), or give CAP_IPC_LOCK",
-                            grant.why));
+            throw HardwareError(fmt::format(
+                "{}; "
+                "start the daemon as a service, or allow it in /etc/security/limits.d (memlock unlimited), or give CAP_IPC_LOCK",
+                grant.why));
         return std::string("permitted");
     });
 }

@@ -117,22 +117,22 @@ void Plausibility::judge_lens(const scene::Camera& camera) {
     if (!wide && !narrow && f_number >= fastest_f_number && f_number <= slowest_f_number) return;
     const bool is_short = wide || f_number < fastest_f_number;
     add("focal_length",
-        fmt::format("the field of view is {} and the lens f/{:.3g}, with focal_length_mm = {:.6g}, "
-                    "aperture_mm = {:.6g} and pixel_pitch_um = {:.6g}: is the focal length in {}? Try "
-                    "focal_length_mm = {:.6g}",
-                    field_text(view_), f_number, camera.focal_length_m * 1e3, camera.aperture_m * 1e3,
-                    camera.pixel_pitch_m * 1e6, is_short ? "metres" : "micrometres",
-                    camera.focal_length_m * (is_short ? 1e6 : 1)));
+        fmt::format(
+            "the field of view is {} and the lens f/{:.3g}, with focal_length_mm = {:.6g}, aperture_mm = {:.6g} and pixel_pitch_um = {:.6g}: is the focal length in {}? "
+            "Try focal_length_mm = {:.6g}",
+            field_text(view_), f_number, camera.focal_length_m * 1e3, camera.aperture_m * 1e3,
+            camera.pixel_pitch_m * 1e6, is_short ? "metres" : "micrometres",
+            camera.focal_length_m * (is_short ? 1e6 : 1)));
 }
 
 void Plausibility::judge_date(const scene::Scene& scene) {
     const ephemeris::LeapSeconds leap_seconds = ephemeris::system_leap_seconds();
     if (scene.epoch && is_past_expiry(*scene.epoch, leap_seconds))
         add("leap_seconds",
-            fmt::format("the epoch lies after {}, when the leap seconds of {} expire: if one has been "
-                        "announced since, dates in UTC are wrong by 1 s. Update the package tzdata, or give "
-                        "the epoch in TAI, TT or TDB",
-                        ephemeris::date_text(*leap_seconds.expires_utc_s / 86'400), leap_seconds.source));
+            fmt::format(
+                "the epoch lies after {}, when the leap seconds of {} expire: if one has been announced since, dates in UTC are wrong by 1 s. "
+                "Update the package tzdata, or give the epoch in TAI, TT or TDB",
+                ephemeris::date_text(*leap_seconds.expires_utc_s / 86'400), leap_seconds.source));
 }
 
 void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
@@ -143,10 +143,10 @@ void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
         const std::string span =
             times.empty() ? "" : fmt::format(" ({:.6g} s to {:.6g} s)", times.front(), times.back());
         add("pose_age",
-            fmt::format("the poses of {} are known for other times{}: at scene time {:.6g} s they are {:.4g} "
-                        "s away, and it is held or extrapolated. Check the scene's epoch and "
-                        "daemon.scene_start_s",
-                        name, span, at_s, age_s));
+            fmt::format(
+                "the poses of {} are known for other times{}: at scene time {:.6g} s they are {:.4g} s away, and it is held or extrapolated. "
+                "Check the scene's epoch and daemon.scene_start_s",
+                name, span, at_s, age_s));
     };
     judge("the camera", scene.camera.motion);
     for (const scene::Body& body : scene.bodies)
@@ -163,9 +163,9 @@ void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const rende
         if (inside != views.end()) {
             const renderer::SeenBody& body = inside->bodies[i];
             add("camera_inside",
-                fmt::format("the camera is inside {}, which is {} across, {} from its origin: check the "
-                            "camera's position_m, and the unit of the body's size",
-                            in_quotes(body.name), length_text(body.extent_m), length_text(body.distance_m)));
+                fmt::format(
+                    "the camera is inside {}, which is {} across, {} from its origin: check the camera's position_m, and the unit of the body's size",
+                    in_quotes(body.name), length_text(body.extent_m), length_text(body.distance_m)));
         }
         const renderer::SeenBody& body = view_.bodies[i];
         const auto* mesh = scene.bodies[i].shape.get_if<renderer::MeshFileParameters>();
@@ -173,11 +173,10 @@ void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const rende
         if (mesh != nullptr && mesh->metres_per_unit == 1 && body.extent_m < small_mesh_m &&
             body.extent_px < dot_px && body.extent_px * 1000 > 2 * dot_px &&
             body.extent_m * 500 < body.distance_m)
-            add("mesh_unit",
-                fmt::format("{} is {} across and {:.2g} px, {} away: one dot. If the mesh {} is in "
-                            "kilometres, try metres_per_unit = 1000",
-                            in_quotes(body.name), length_text(body.extent_m), body.extent_px,
-                            length_text(body.distance_m), mesh->path));
+            add("mesh_unit", fmt::format("{} is {} across and {:.2g} px, {} away: one dot. "
+                                         "If the mesh {} is in kilometres, try metres_per_unit = 1000",
+                                         in_quotes(body.name), length_text(body.extent_m), body.extent_px,
+                                         length_text(body.distance_m), mesh->path));
     }
 }
 
@@ -201,9 +200,8 @@ void Plausibility::judge_field(const scene::Scene& scene, std::span<const render
         const renderer::SeenBody& body = view_.bodies[nearest];
         add(all_behind ? "behind_camera" : "outside_field",
             fmt::format(
-                "no body is in the field of {}{}: {}{} is {:.4g} deg from the boresight{}. Try look_at, or "
-                "check boresight or orientation (scalar first, from the camera's axes, +z the boresight, to "
-                "J2000)",
+                "no body is in the field of {}{}: {}{} is {:.4g} deg from the boresight{}. "
+                "Try look_at, or check boresight or orientation (scalar first, from the camera's axes, +z the boresight, to J2000)",
                 field_text(view_), star_in_field ? "" : ", and no star",
                 view_.bodies.size() > 1 ? "the nearest, " : "", in_quotes(body.name),
                 degrees(body.boresight_rad), all_behind ? ", behind the camera" : ""));
@@ -215,13 +213,13 @@ void Plausibility::judge_field(const scene::Scene& scene, std::span<const render
             "nothing is in the field: the scene has no body and no star. Add [[body]] or [stars]");
     } else if (catalogue_.count > 0) {
         add(body_in_field || sun_in_field ? "no_star" : "nothing_in_field",
-            fmt::format("{} in the field of {}: the {} stars of the catalogue, to magnitude {:.3g}, have "
-                        "{:.2g} in a field of that size on average. Try a larger limiting_magnitude or a "
-                        "deeper catalogue",
-                        body_in_field || sun_in_field ? "no star is" : "no body and no star are",
-                        field_text(view_), catalogue_.count, catalogue_.faintest_v,
-                        static_cast<double>(catalogue_.count) * view_.field_x_rad * view_.field_y_rad /
-                            (4 * std::numbers::pi)));
+            fmt::format(
+                "{} in the field of {}: the {} stars of the catalogue, to magnitude {:.3g}, have {:.2g} in a field of that size on average. "
+                "Try a larger limiting_magnitude or a deeper catalogue",
+                body_in_field || sun_in_field ? "no star is" : "no body and no star are", field_text(view_),
+                catalogue_.count, catalogue_.faintest_v,
+                static_cast<double>(catalogue_.count) * view_.field_x_rad * view_.field_y_rad /
+                    (4 * std::numbers::pi)));
     }
 }
 
@@ -242,8 +240,8 @@ void Plausibility::add_signal(const SignalFigures& signal) {
     if (above_dn < 1)
         judge_dark(
             fmt::format(
-                "the brightest expected signal is {:.2g} DN above black ({:.3g} e-): the frame is dark. Try "
-                "a longer exposure_us (now {:.6g}), more gain_db, or check the Sun and the unit of lengths",
+                "the brightest expected signal is {:.2g} DN above black ({:.3g} e-): the frame is dark. "
+                "Try a longer exposure_us (now {:.6g}), more gain_db, or check the Sun and the unit of lengths",
                 std::max(0.0, above_dn), signal.brightest_e, signal.exposure_us),
             signal.rows_share);
     if (posed_ && signal.saturated_share > saturated_share_limit) {
@@ -255,22 +253,20 @@ void Plausibility::add_signal(const SignalFigures& signal) {
         const std::string cure =
             signal.obtained_us > 1.5 * signal.exposure_us
                 ? fmt::format(
-                      "exposure_us = {:.6g}, but the sensor exposes for {:.6g} us, its row time: try less "
-                      "gain_db, a higher pixel_clock_hz or a smaller aperture_mm",
+                      "exposure_us = {:.6g}, but the sensor exposes for {:.6g} us, its row time: try less gain_db, a higher pixel_clock_hz or a smaller aperture_mm",
                       signal.exposure_us, signal.obtained_us)
                 : fmt::format("try exposure_us = {:.3g} (now {:.6g})", fitting_us, signal.exposure_us);
         add("saturated",
-            fmt::format("{:.0f} % of the pixels are saturated, the brightest would be at {:.3g} times the "
-                        "range: {}",
-                        100 * signal.saturated_share, over, cure));
+            fmt::format(
+                "{:.0f} % of the pixels are saturated, the brightest would be at {:.3g} times the range: {}",
+                100 * signal.saturated_share, over, cure));
     }
 }
 
 void Plausibility::judge_light(double brightest, double rows_share) {
     if (!(brightest > 0))
         judge_dark(
-            "nothing in the field gives any light: check the Sun's place, the lamps, and on which side of "
-            "the body the camera is",
+            "nothing in the field gives any light: check the Sun's place, the lamps, and on which side of the body the camera is",
             rows_share);
 }
 
@@ -283,8 +279,8 @@ void Plausibility::add_light(double brightest, std::string_view unit, double row
 void Plausibility::judge_tiles(std::string_view body, std::uint64_t made, std::uint64_t slots) {
     add("tile_memory",
         fmt::format(
-            "a frame made {} tiles of the surface of {}, and there is room for {}: they push each other out "
-            "and are made again and again. Try a tile_memory_mib some times as large, or a larger cell_px",
+            "a frame made {} tiles of the surface of {}, and there is room for {}: they push each other out and are made again and again. "
+            "Try a tile_memory_mib some times as large, or a larger cell_px",
             made, body, slots));
 }
 
@@ -293,23 +289,23 @@ void Plausibility::add_times(const TimeFigures& times) {
     // Rounding of rates to nanoseconds is not worth a word.
     if (times.period_ms && times.shortest_period_ms > *times.period_ms * (1 + 1e-6))
         add("readout",
-            fmt::format("a frame takes the sensor {} (exposure {}, readout {}), but triggers come every {}: "
-                        "some will be missed. Try a shorter exposure_us, a higher pixel_clock_hz or rate_hz "
-                        "= {:.3g}",
-                        duration_text(times.shortest_period_ms), duration_text(times.exposure_ms),
-                        duration_text(times.readout_ms), duration_text(*times.period_ms),
-                        std::floor(1e6 / times.shortest_period_ms) / 1e3));
+            fmt::format(
+                "a frame takes the sensor {} (exposure {}, readout {}), but triggers come every {}: some will be missed. "
+                "Try a shorter exposure_us, a higher pixel_clock_hz or rate_hz = {:.3g}",
+                duration_text(times.shortest_period_ms), duration_text(times.exposure_ms),
+                duration_text(times.readout_ms), duration_text(*times.period_ms),
+                std::floor(1e6 / times.shortest_period_ms) / 1e3));
 }
 
 void Plausibility::add_rendering(const RenderFigures& rendering) {
     rendering_ = rendering;
     if (times_ && times_->period_ms && rendering.ms > *times_->period_ms)
         add("render_time",
-            fmt::format("rendering takes this machine {} {} a frame (estimated), but triggers come every {}: "
-                        "frames will be late. Try fewer samples_per_pixel, max_instants = 1, fewer bounces "
-                        "or a smaller region",
-                        rendering.at_least ? "more than" : "about", duration_text(rendering.ms),
-                        duration_text(*times_->period_ms)));
+            fmt::format(
+                "rendering takes this machine {} {} a frame (estimated), but triggers come every {}: frames will be late. "
+                "Try fewer samples_per_pixel, max_instants = 1, fewer bounces or a smaller region",
+                rendering.at_least ? "more than" : "about", duration_text(rendering.ms),
+                duration_text(*times_->period_ms)));
 }
 
 std::vector<Plausibility::Line> Plausibility::lines() const {

@@ -16,9 +16,9 @@ void DaemonOptions::declare(host::CommandLine& line, Has has) {
         line.number("--camera", &camera_, "N", "Number of the camera, where the daemon has several", 0, 1000);
     line.option("--socket", &socket_, "PATH",
                 "Call the daemon with this monitor.socket; needed where several daemons run on this machine");
-    line.option("--control", &control_, "ADDRESS",
-                "Call the daemon at its control.unix_socket or control.listen, a path or HOST:PORT, without "
-                "looking for it");
+    line.option(
+        "--control", &control_, "ADDRESS",
+        "Call the daemon at its control.unix_socket or control.listen, a path or HOST:PORT, without looking for it");
     url_.declare(line, "File of the token that a daemon with control.token_file wants; ");
 }
 

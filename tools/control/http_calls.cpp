@@ -105,10 +105,9 @@ private:
     host::CallJson daemon() {
         std::vector<host::CallJson> daemons = client_.states();
         if (daemons.size() > 1)
-            throw host::UsageError(
-                fmt::format("obscura {}: {} daemons run behind that address: let obscura-web ask one by its "
-                            "--socket",
-                            verb_, daemons.size()));
+            throw host::UsageError(fmt::format(
+                "obscura {}: {} daemons run behind that address: let obscura-web ask one by its --socket",
+                verb_, daemons.size()));
         return std::move(daemons.front());
     }
 

@@ -43,10 +43,11 @@ public:
             }
         } catch (const host::CallRefused& refused) {
             if (refused.code == "unknown-call")
-                throw host::CallError(refused.code,
-                                      fmt::format("obscura {}: the daemon has no call {}: it is of another "
-                                                  "version than this program",
-                                                  verb_, name));
+                throw host::CallError(
+                    refused.code,
+                    fmt::format(
+                        "obscura {}: the daemon has no call {}: it is of another version than this program",
+                        verb_, name));
             throw host::CallError(refused.code, refusal_line(verb_, name, refused.what(), refused.hint));
         } catch (const HardwareError& error) {
             throw HardwareError(line_of(verb_, error.what()));
@@ -77,9 +78,10 @@ std::unique_ptr<host::DaemonCalls> connect_natively(std::string_view verb, const
     const bool is_path = address.find('/') != std::string::npos;
     if (is_path && ::access(address.c_str(), W_OK) != 0 && errno == EACCES)
         throw host::CallError(
-            "forbidden", fmt::format("obscura {}: {}: only root, the daemon's user and members of its group "
-                                     "may (adduser NAME obscura)",
-                                     verb, address));
+            "forbidden",
+            fmt::format(
+                "obscura {}: {}: only root, the daemon's user and members of its group may (adduser NAME obscura)",
+                verb, address));
     try {
         return std::make_unique<NativeCalls>(verb, address,
                                              host::CallClient::Options{.timeout_s = options.timeout_s,

@@ -19,10 +19,9 @@ FrameNames::FrameNames(std::string_view verb, const std::string& output, const s
     : output_(output), is_folder_(output.ends_with('/') || std::filesystem::is_directory(output)) {
     const std::string suffix = output_.extension().string();
     if (!is_folder_ && several)
-        throw host::UsageError(
-            fmt::format("obscura {}: --output {}: for several frames a folder is wanted, as {}/ with a slash "
-                        "at its end",
-                        verb, output, output_.replace_extension().string()));
+        throw host::UsageError(fmt::format(
+            "obscura {}: --output {}: for several frames a folder is wanted, as {}/ with a slash at its end",
+            verb, output, output_.replace_extension().string()));
     // Said before a frame is waited for.
     if (const std::filesystem::path folder = output_.parent_path();
         !is_folder_ && !folder.empty() && !std::filesystem::is_directory(folder))

@@ -16,8 +16,8 @@ namespace obscura::tools {
 void UrlOptions::declare(host::CommandLine& line, const std::string& token_help) {
     line.option(
         "--url", &url_, "URL",
-        "Ask the daemon behind an obscura-web on another machine, https://HOST:8420, or a link as obscura "
-        "web prints it; else its token comes from --token-file or the environment variable OBSCURA_TOKEN");
+        "Ask the daemon behind an obscura-web on another machine, https://HOST:8420, or a link as obscura web prints it; "
+        "else its token comes from --token-file or the environment variable OBSCURA_TOKEN");
     line.option("--token-file", &token_file_, "FILE",
                 token_help + "with --url: file whose first line is the token of obscura-web");
     line.option("--cacert", &authority_, "FILE",
@@ -40,10 +40,11 @@ HttpOptions UrlOptions::http(std::string_view verb) const {
             throw InputError(fmt::format("obscura {}: --token-file {}: cannot be read", verb, token_file_));
     }
     if (!options.token.empty() && !keeps_secrets(options.url))
-        fmt::print(stderr,
-                   "obscura {}: warning: the token crosses the network as it is, for everyone on the way to "
-                   "read: {} has no TLS; use https:// or a tunnel (ssh -L)\n",
-                   verb, for_terminal(options.url));
+        fmt::print(
+            stderr,
+            "obscura {}: warning: the token crosses the network as it is, for everyone on the way to read: {} has no TLS; "
+            "use https:// or a tunnel (ssh -L)\n",
+            verb, for_terminal(options.url));
     return options;
 }
 

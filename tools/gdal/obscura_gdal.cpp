@@ -214,9 +214,9 @@ GdalMap described(GDALDatasetH dataset, std::uint32_t id) {
         bool complex = false;
         b.type = type_of(band, complex);
         if (complex)
-            throw Refusal(fmt::format("band {} has samples of type {}: integers of 8, 16 or 32 bits or real "
-                                      "numbers are wanted",
-                                      i, text_or(GDALGetDataTypeName(GDALGetRasterDataType(band)), "?")));
+            throw Refusal(fmt::format(
+                "band {} has samples of type {}: integers of 8, 16 or 32 bits or real numbers are wanted", i,
+                text_or(GDALGetDataTypeName(GDALGetRasterDataType(band)), "?")));
         int across = 0, down = 0;
         GDALGetBlockSize(band, &across, &down);
         b.block_width = static_cast<std::uint32_t>(std::max(across, 0));
@@ -307,8 +307,7 @@ std::string raw_description(const GdalRawFile& file) {
         fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">", file.width, file.height);
     for (std::uint32_t i = 0; i < file.bands; ++i)
         text += fmt::format(
-            "<VRTRasterBand dataType=\"{}\" band=\"{}\" subClass=\"VRTRawRasterBand\"><SourceFilename "
-            "relativeToVRT=\"0\">{}</SourceFilename><ImageOffset>{}</ImageOffset><PixelOffset>{}</PixelOffset><LineOffset>{}</LineOffset><ByteOrder>{}</ByteOrder></VRTRasterBand>",
+            "<VRTRasterBand dataType=\"{}\" band=\"{}\" subClass=\"VRTRawRasterBand\"><SourceFilename relativeToVRT=\"0\">{}</SourceFilename><ImageOffset>{}</ImageOffset><PixelOffset>{}</PixelOffset><LineOffset>{}</LineOffset><ByteOrder>{}</ByteOrder></VRTRasterBand>",
             GDALGetDataTypeName(gdal_type(file.type)), i + 1, name, file.offset + i * file.band_bytes,
             bytes_of(file.type), file.row_bytes, file.big_endian ? "MSB" : "LSB");
     CPLFree(name);

@@ -65,8 +65,7 @@ GdalProcess::GdalProcess(const GdalLimits& limits) : limits_(limits) {
     if (program.empty())
         throw Error(
             exit_hardware,
-            "obscura import map: the program obscura-gdal is missing, which reads maps through GDAL: install "
-            "Debian's package obscura-gdal, or run `scripts/build obscura-gdal` in a checkout");
+            "obscura import map: the program obscura-gdal is missing, which reads maps through GDAL: install Debian's package obscura-gdal, or run `scripts/build obscura-gdal` in a checkout");
     int requests[2], answers[2];
     if (pipe2(requests, O_CLOEXEC) != 0) throw Error(exit_software, "no pipe to obscura-gdal");
     FileDescriptor their_in(requests[0]);
@@ -126,9 +125,9 @@ void GdalProcess::wait(int fd, short events, const std::string& name) {
             std::chrono::ceil<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now());
         if (left.count() <= 0) {
             stop();
-            throw InputError(fmt::format("{}: obscura-gdal has not answered within {} s and was ended "
-                                         "(--time-limit)",
-                                         name, std::chrono::duration<double>(limits_.answer).count()));
+            throw InputError(
+                fmt::format("{}: obscura-gdal has not answered within {} s and was ended (--time-limit)",
+                            name, std::chrono::duration<double>(limits_.answer).count()));
         }
         pollfd wanted{fd, events, 0};
         const int n = poll(&wanted, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 60'000)));

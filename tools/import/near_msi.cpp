@@ -169,8 +169,16 @@ std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOpti
     out += fmt::format("# {} of {}, {} UTC, from its header. J2000 axes, origin at the asteroid's centre.\n",
                        header.text("NEAR-047"), frame.filename().string(), utc);
     out += fmt::format("\nname = \"near-msi-eros\"\n\n[sun]\nposition_m = {}\n", list(sun_m));
-    out += fmt::format("\n[camera]\nwidth = {}\nheight = {}\npixel_pitch_um = {}\n{}focal_length_mm = {}\n"
-                       "aperture_mm = 49.5\npsf_sigma_px = 0.6\nposition_m = {}\norientation = {}\n",
+    out += fmt::format("\n"
+                       "[camera]\n"
+                       "width = {}\n"
+                       "height = {}\n"
+                       "pixel_pitch_um = {}\n"
+                       "{}focal_length_mm = {}\n"
+                       "aperture_mm = 49.5\n"
+                       "psf_sigma_px = 0.6\n"
+                       "position_m = {}\n"
+                       "orientation = {}\n",
                        width, height, pixel_pitch_m * 1e6,
                        height == raw_lines ? fmt::format("pixel_pitch_y_um = {}\n", line_pitch_m * 1e6) : "",
                        focal_length_m * 1e3, list(camera_m), list(camera));

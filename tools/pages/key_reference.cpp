@@ -24,14 +24,15 @@ void add(std::vector<config::DocumentedTable>& tables, const config::Section& se
 
 KeyReference configuration_reference() {
     const auto config = std::make_shared<emulator::DaemonConfig>();
-    KeyReference reference{"configuration",
-                           "Configuration of the daemon",
-                           "A TOML file, read by `obscurad --config FILE` and checked by `obscura check "
-                           "FILE`. Relative file names start from the folder of the file. With [[camera]] in "
-                           "place of [camera] a daemon has several cameras; tables from [trigger] on may "
-                           "then stand within one, as [camera.gige], and override the file's.",
-                           {},
-                           config};
+    KeyReference reference{
+        "configuration",
+        "Configuration of the daemon",
+        "A TOML file, read by `obscurad --config FILE` and checked by `obscura check FILE`. "
+        "Relative file names start from the folder of the file. "
+        "With [[camera]] in place of [camera] a daemon has several cameras; "
+        "tables from [trigger] on may then stand within one, as [camera.gige], and override the file's.",
+        {},
+        config};
     const config::Section root = emulator::root_section(*config);
     for (const config::Section& section : root.tables)
         add(reference.tables, section);
@@ -49,9 +50,9 @@ KeyReference scene_reference() {
         "scene",
         "Scene file",
         "A TOML file, named by `[scene] file` of a configuration and rendered by `obscura render FILE`. "
-        "Relative file names start from the folder of the file. The keys of a body's shape and material "
-        "stand beside the body's own. Trajectories, joint tables and star catalogues, which the file names, "
-        "are described in docs/tables.md.",
+        "Relative file names start from the folder of the file. "
+        "The keys of a body's shape and material stand beside the body's own. "
+        "Trajectories, joint tables and star catalogues, which the file names, are described in docs/tables.md.",
         {},
         scene};
     add(reference.tables, scene::scene_section(*scene));
@@ -63,8 +64,8 @@ KeyReference sensor_reference() {
     KeyReference reference{
         "sensor",
         "Sensor file",
-        "A TOML file, named by `[sensor] file` of a configuration. Values may stand with their provenance: { "
-        "value = 8, provenance = \"measured\", source = \"datasheet, page 12\" }.",
+        "A TOML file, named by `[sensor] file` of a configuration. "
+        "Values may stand with their provenance: { value = 8, provenance = \"measured\", source = \"datasheet, page 12\" }.",
         {},
         sensor};
     config::Section root = sensors::section_of(*sensor);

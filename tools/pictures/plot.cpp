@@ -116,27 +116,25 @@ std::string svg(const Plot& plot) {
         if (series.drawn == Drawn::bars && !plot.log_y) y.include(0);
     x.close(), y.close();
 
-    std::string out =
-        fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-                    "font-size=\"12\" font-family=\"sans-serif\"><rect width=\"{0}\" height=\"{1}\" "
-                    "fill=\"white\"/><text x=\"{2}\" y=\"22\" font-size=\"15\">{3}</text>\n",
-                    width, height, left, escaped_xml(plot.title));
+    std::string out = fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" font-size=\"12\" font-family=\"sans-serif\"><rect width=\"{0}\" height=\"{1}\" fill=\"white\"/><text x=\"{2}\" y=\"22\" font-size=\"15\">{3}</text>\n",
+        width, height, left, escaped_xml(plot.title));
     const std::vector<double> xs = x.ticks(), ys = y.ticks();
     const std::vector<std::string> x_labels = x.labels(), y_labels = y.labels();
     for (std::size_t i = 0; i < xs.size(); ++i)
-        out += fmt::format("<path d=\"M{0:.1f} {1}V{2}\" stroke=\"#ddd\"/><text x=\"{0:.1f}\" y=\"{3}\" "
-                           "text-anchor=\"middle\">{4}</text>\n",
-                           x.at(xs[i]), top, height - bottom, height - bottom + 17, x_labels[i]);
+        out += fmt::format(
+            "<path d=\"M{0:.1f} {1}V{2}\" stroke=\"#ddd\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4}</text>\n",
+            x.at(xs[i]), top, height - bottom, height - bottom + 17, x_labels[i]);
     for (std::size_t i = 0; i < ys.size(); ++i)
-        out += fmt::format("<path d=\"M{0} {1:.1f}H{2}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" "
-                           "text-anchor=\"end\">{5}</text>\n",
-                           left, y.at(ys[i]), width - right, left - 6, y.at(ys[i]) + 4, y_labels[i]);
+        out += fmt::format(
+            "<path d=\"M{0} {1:.1f}H{2}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>\n",
+            left, y.at(ys[i]), width - right, left - 6, y.at(ys[i]) + 4, y_labels[i]);
     out += fmt::format("<path d=\"M{} {}V{}H{}\" fill=\"none\" stroke=\"#333\"/>\n", left, top,
                        height - bottom, width - right);
-    out += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text><text x=\"15\" y=\"{}\" "
-                       "transform=\"rotate(-90 15 {})\" text-anchor=\"middle\">{}</text>\n",
-                       (left + width - right) / 2, height - 14, escaped_xml(plot.x_label),
-                       (top + height - bottom) / 2, (top + height - bottom) / 2, escaped_xml(plot.y_label));
+    out += fmt::format(
+        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text><text x=\"15\" y=\"{}\" transform=\"rotate(-90 15 {})\" text-anchor=\"middle\">{}</text>\n",
+        (left + width - right) / 2, height - 14, escaped_xml(plot.x_label), (top + height - bottom) / 2,
+        (top + height - bottom) / 2, escaped_xml(plot.y_label));
     double legend_at = left;
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
         const PlotSeries& series = plot.series[i];
@@ -151,16 +149,14 @@ std::string svg(const Plot& plot) {
     for (const PlotMark& mark : plot.marks) {
         if (!(mark.horizontal ? y : x).shows(mark.at)) continue;
         if (mark.horizontal)
-            out += fmt::format("<path d=\"M{0} {1:.1f}H{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/><text "
-                               "x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\" fill=\"#555\">{5}</text>\n",
-                               left, y.at(mark.at), width - right, width - right - 4, y.at(mark.at) - 4,
-                               escaped_xml(mark.label));
+            out += fmt::format(
+                "<path d=\"M{0} {1:.1f}H{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\" fill=\"#555\">{5}</text>\n",
+                left, y.at(mark.at), width - right, width - right - 4, y.at(mark.at) - 4,
+                escaped_xml(mark.label));
         else
-            out += fmt::format("<path d=\"M{0:.1f} {1}V{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/><text "
-                               "transform=\"translate({3:.1f} {4}) rotate(-90)\" text-anchor=\"end\" "
-                               "fill=\"#555\">{5}</text>\n",
-                               x.at(mark.at), top, height - bottom, x.at(mark.at) - 4, top + 4,
-                               escaped_xml(mark.label));
+            out += fmt::format(
+                "<path d=\"M{0:.1f} {1}V{2}\" stroke=\"#777\" stroke-dasharray=\"2 3\"/><text transform=\"translate({3:.1f} {4}) rotate(-90)\" text-anchor=\"end\" fill=\"#555\">{5}</text>\n",
+                x.at(mark.at), top, height - bottom, x.at(mark.at) - 4, top + 4, escaped_xml(mark.label));
     }
     return out + "</svg>\n";
 }

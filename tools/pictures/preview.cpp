@@ -70,10 +70,11 @@ void write_preview(const std::filesystem::path& file, const FramePreview& frame,
 }
 
 void StretchOptions::declare(host::CommandLine& line, const std::string& of) {
-    line.option("--stretch", &text, "KIND",
-                of + ": auto (5 % black, 0.01 % white, faint stars lifted), linear[:BLACK,WHITE] (default: 0 "
-                     "and the largest possible value), percentile[:LOW,HIGH] (linear between; default "
-                     "0.5,99.5), asinh[:SOFTENING] (default 0.01) or log[:RANGE] (default 1000)");
+    line.option(
+        "--stretch", &text, "KIND",
+        of +
+            ": auto (5 % black, 0.01 % white, faint stars lifted), linear[:BLACK,WHITE] (default: 0 and the largest possible value), percentile[:LOW,HIGH] (linear between; "
+            "default 0.5,99.5), asinh[:SOFTENING] (default 0.01) or log[:RANGE] (default 1000)");
     line.number("--gamma", &gamma, "G", "With --stretch: raise display levels to 1/G; above 1 brightens", 0.1,
                 10);
 }

@@ -33,28 +33,25 @@ std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& 
     const auto y = [&](double row) { return top + (row - low) / rows * (height - top - bottom); };
 
     std::string out = fmt::format(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" "
-        "font-size=\"13\">\n"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"13\">\n"
         "<rect width=\"{}\" height=\"{}\" fill=\"white\"/>\n"
         "<text x=\"{}\" y=\"24\" font-size=\"16\">{}: rows reset (dashed) and read (solid)</text>\n",
         picture_width, height, picture_width, height, left, escaped_xml(title));
     const double unit = span > 2e6 ? 1e6 : 1e3;
     for (int i = 0; i <= 5; ++i) {
         const Time t = begin + static_cast<std::int64_t>(span * i / 5);
-        out +=
-            fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#ddd\"/><text "
-                        "x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:.6g}</text>\n",
-                        x(t), top, height - bottom, height - bottom + 18, static_cast<double>(t.ns) / unit);
+        out += fmt::format(
+            "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#ddd\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:.6g}</text>\n",
+            x(t), top, height - bottom, height - bottom + 18, static_cast<double>(t.ns) / unit);
         const double row = low + rows * i / 5;
         out += fmt::format("<text x=\"{}\" y=\"{:.1f}\" text-anchor=\"end\">{:.0f}</text>\n", left - 8,
                            y(row) + 4, row);
     }
-    out += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">time after the start of the first "
-                       "exposure, {}</text>\n"
-                       "<text x=\"16\" y=\"{}\" transform=\"rotate(-90 16 {})\" text-anchor=\"middle\">row "
-                       "of the array</text>\n",
-                       (left + picture_width - right) / 2, height - 16, unit > 1e5 ? "ms" : "us",
-                       (top + height - bottom) / 2, (top + height - bottom) / 2);
+    out += fmt::format(
+        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">time after the start of the first exposure, {}</text>\n"
+        "<text x=\"16\" y=\"{}\" transform=\"rotate(-90 16 {})\" text-anchor=\"middle\">row of the array</text>\n",
+        (left + picture_width - right) / 2, height - 16, unit > 1e5 ? "ms" : "us",
+        (top + height - bottom) / 2, (top + height - bottom) / 2);
     for (std::size_t w = 0; w < plan.windows.size(); ++w) {
         const FrameWindow& window = plan.windows[w];
         const std::string_view colour = window_colours[w % std::size(window_colours)];

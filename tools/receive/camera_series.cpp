@@ -126,8 +126,7 @@ CameraSeries take_camera_series(const CameraSeriesSettings& settings) {
     const double most = settings.max_us > 0 ? settings.max_us : find_longest(camera, least);
     if (!(most > least))
         throw host::UsageError(fmt::format(
-            "obscura characterise: the longest exposure time must exceed the shortest, they are {1} us and "
-            "{0} us",
+            "obscura characterise: the longest exposure time must exceed the shortest, they are {1} us and {0} us",
             least, most));
     Progress progress("characterise", static_cast<std::uint64_t>(settings.levels) + 2);
     for (int i = 0; i < settings.levels; ++i) {

@@ -213,13 +213,13 @@ EmvaSeries read_emva_series(const std::filesystem::path& folder_or_descriptor) {
         series.bright_pairs.push_back(std::move(pair));
     }
     if (interpolated > 0)
-        series.notes.push_back(fmt::format("{} bright pairs have no dark pair of their exposure time; its "
-                                           "statistics were interpolated.",
-                                           interpolated));
+        series.notes.push_back(fmt::format(
+            "{} bright pairs have no dark pair of their exposure time; its statistics were interpolated.",
+            interpolated));
     if (without > 0)
-        series.notes.push_back(fmt::format("{} bright pairs were left out: their exposure time is outside "
-                                           "the range of the dark pairs.",
-                                           without));
+        series.notes.push_back(fmt::format(
+            "{} bright pairs were left out: their exposure time is outside the range of the dark pairs.",
+            without));
     return series;
 }
 

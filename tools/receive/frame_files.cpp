@@ -9,16 +9,17 @@ void FrameFiles::declare(host::CommandLine& line, const std::string& context) {
     line.option("--format", &format_, "FORMAT",
                 "File format of the frames: 16-bit PNG, FITS, or raw samples without a header")
         .choices = {"png", "fits", "raw"};
-    line.flag("--preview", preview_,
-              context + "save each frame as preview_NNNNNN.png, an 8-bit picture with stretched contrast, "
-                        "not for measurement; several windows are outlined in orange, padding is striped in "
-                        "blue. This is the default");
+    line.flag(
+        "--preview", preview_,
+        context +
+            "save each frame as preview_NNNNNN.png, an 8-bit picture with stretched contrast, not for measurement; "
+            "several windows are outlined in orange, padding is striped in blue. This is the default");
     line.flag("--no-preview", no_preview_, "Do not save previews");
     stretch_options_.declare(line, "Contrast of the previews");
-    line.flag("--msb", msb_,
-              "With --format png: align the numbers to the upper end of the 16 bits, so that viewers show "
-              "them; the text chunk MSBSHIFT states by how many bits they were shifted (default: numbers as "
-              "they are, nearly black in most viewers)");
+    line.flag(
+        "--msb", msb_,
+        "With --format png: align the numbers to the upper end of the 16 bits, so that viewers show them; "
+        "the text chunk MSBSHIFT states by how many bits they were shifted (default: numbers as they are, nearly black in most viewers)");
 }
 
 void FrameFiles::prepare(std::string_view verb) {

@@ -48,8 +48,7 @@ PictureCamera ReceivedCamera::camera(const std::vector<scene::Camera>& lenses, s
     });
     if (lens == lenses.end())
         throw InputError(fmt::format(
-            "no camera of the configuration has the frames' focal length of {:.9g} px and principal point "
-            "({:.9g}, {:.9g}) px, the first has {:.9g} px and ({:.9g}, {:.9g}) px",
+            "no camera of the configuration has the frames' focal length of {:.9g} px and principal point ({:.9g}, {:.9g}) px, the first has {:.9g} px and ({:.9g}, {:.9g}) px",
             out.intrinsics.focal_length_px[0], out.intrinsics.principal_point_px[0],
             out.intrinsics.principal_point_px[1], lenses.front().intrinsics().focal_length_px[0],
             lenses.front().intrinsics().principal_point_px[0],

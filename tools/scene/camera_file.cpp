@@ -122,8 +122,8 @@ std::string camera_file_text(const PictureCamera& camera, const std::vector<Came
     out["conventions"] = {
         {"pixels", "(0, 0) is the centre of the upper left pixel of the picture; x right, y down"},
         {"camera_axes", "x right, y down, z boresight"},
-        {"orientation_wxyz", "unit quaternion, scalar first: turns vectors of the camera's (body's) own axes "
-                             "into the inertial frame"},
+        {"orientation_wxyz",
+         "unit quaternion, scalar first: turns vectors of the camera's (body's) own axes into the inertial frame"},
         {"R_t", "x_camera = R x_inertial + t, metres; with sensor_rotation_deg in R"},
     };
     out["image_width"] = window.width / camera.binning[0];

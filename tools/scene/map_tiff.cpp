@@ -148,9 +148,9 @@ bool write_map_tiff(const std::filesystem::path& file, const ObtFile& texture, i
     const ObtMetadata& m = texture.metadata();
     const std::int64_t width = texture.width(level), height = texture.height(level);
     if (width > max_side || height > max_side)
-        throw InputError(fmt::format("{}: level {} of {} x {} samples: a TIFF file has at most 2^31 - 1 each "
-                                     "way, take a coarser level",
-                                     texture.name(), level, width, height));
+        throw InputError(fmt::format(
+            "{}: level {} of {} x {} samples: a TIFF file has at most 2^31 - 1 each way, take a coarser level",
+            texture.name(), level, width, height));
     const bool whole = (m.type == SampleType::u8 || m.type == SampleType::i16 || m.type == SampleType::u16) &&
                        !m.lattice && m.scale == 1 && m.offset == 0;
     const std::size_t bytes = whole ? bytes_of(m.type) : sizeof(float);

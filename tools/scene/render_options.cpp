@@ -9,18 +9,18 @@
 namespace obscura::tools {
 
 void RenderOptions::declare(host::CommandLine& line, const std::string& trajectory_help) {
-    line.option("--size", &size, "WxH",
-                "Width and height in pixels, with the same horizontal field of view (default: from the "
-                "scene)");
+    line.option(
+        "--size", &size, "WxH",
+        "Width and height in pixels, with the same horizontal field of view (default: from the scene)");
     line.number("--samples", &settings.samples_per_pixel, "N",
                 "Samples per pixel, taken where a body may cover the pixel", 1, 65536);
     line.option("--window", &window, "X,Y,WxH",
-                "Render only the window of W x H pixels whose upper left corner is (X, Y); its pixels equal "
-                "those of the full image");
-    line.number("--error", &settings.target_error, "SHARE",
-                "Adaptive sampling: add samples until the relative standard error of a pixel is about this "
-                "(0: --samples everywhere)",
-                0, 1);
+                "Render only the window of W x H pixels whose upper left corner is (X, Y); "
+                "its pixels equal those of the full image");
+    line.number(
+        "--error", &settings.target_error, "SHARE",
+        "Adaptive sampling: add samples until the relative standard error of a pixel is about this (0: --samples everywhere)",
+        0, 1);
     line.number("--max-samples", &settings.max_samples_per_pixel, "N",
                 "With --error: largest number of samples per pixel", 1, 65536);
     line.number("--bounces", &settings.max_bounces, "N",
@@ -28,17 +28,16 @@ void RenderOptions::declare(host::CommandLine& line, const std::string& trajecto
                 0, 1000);
     line.number("--seed", &settings.seed, "N", "Seed of the random numbers", 0, 9e15);
     line.number("--time", &time_s, "S", "Scene time of the first frame in seconds", -1e9, 1e9);
-    line.number("--exposure", &exposure_s, "S",
-                "Exposure time in seconds, centred on the frame's scene time; moving bodies and the moving "
-                "camera blur",
-                0, 1e6);
+    line.number(
+        "--exposure", &exposure_s, "S",
+        "Exposure time in seconds, centred on the frame's scene time; moving bodies and the moving camera blur",
+        0, 1e6);
     line.number("--step", &step_s, "S", "Scene time between consecutive frames in seconds", -1e9, 1e9);
     line.flag("--trajectory", trajectory,
               "Render one frame at each time stamp of the camera's trajectory; " + trajectory_help);
-    line.flag("--layers", layers,
-              "With EXR and FITS: also write the AOVs (body, range, depth, normals, latitude, longitude, "
-              "slope, angles, texture coordinates, albedo, material), and the samples and the estimated "
-              "variance of each pixel, as layers or image extensions");
+    line.flag(
+        "--layers", layers,
+        "With EXR and FITS: also write the AOVs (body, range, depth, normals, latitude, longitude, slope, angles, texture coordinates, albedo, material), and the samples and the estimated variance of each pixel, as layers or image extensions");
 }
 
 void RenderOptions::check() const {
@@ -71,10 +70,9 @@ Region RenderOptions::region(const scene::Camera& camera, std::string_view progr
     good = good && r.x < camera.width && r.y < camera.height && r.width <= camera.width - r.x &&
            r.height <= camera.height - r.y;
     if (!good)
-        throw host::UsageError(
-            fmt::format("{}: --window \"{}\": allowed is X,Y,WIDTHxHEIGHT inside the {} x {} pixels, for "
-                        "example 8,16,64x32",
-                        program, window.substr(0, 60), camera.width, camera.height));
+        throw host::UsageError(fmt::format(
+            "{}: --window \"{}\": allowed is X,Y,WIDTHxHEIGHT inside the {} x {} pixels, for example 8,16,64x32",
+            program, window.substr(0, 60), camera.width, camera.height));
     return r;
 }
 

@@ -10,10 +10,10 @@
 namespace obscura::tools {
 
 void TruthOption::declare(host::CommandLine& line) {
-    line.option("--truth-table", &name_, "FILE",
-                "Also write where every star, body, landmark, limb and terminator is in the pixels of each "
-                "frame, as a table by frame number; the name's ending selects the format: .csv or .fits "
-                "(docs/truth.md)");
+    line.option(
+        "--truth-table", &name_, "FILE",
+        "Also write where every star, body, landmark, limb and terminator is in the pixels of each frame, as a table by frame number; "
+        "the name's ending selects the format: .csv or .fits (docs/truth.md)");
 }
 
 void TruthOption::prepare() {

@@ -56,10 +56,10 @@ public:
         line.program = "obscura-";
         line.summary = "emulates a USB display (GUD), the reference device for the stimulator";
         line.description =
-            "Makes this machine a USB device that speaks GUD (Generic USB Display), with a USB device "
-            "controller or, without such hardware, the kernel's simulated one (modprobe dummy_hcd). Needs "
-            "root and the kernel modules libcomposite and usb_f_fs. Prints a line for each update with the "
-            "CRC-32 of its pixels and of the screen. Ends on SIGINT or SIGTERM.";
+            "Makes this machine a USB device that speaks GUD (Generic USB Display), with a USB device controller or, without such hardware, the kernel's simulated one (modprobe dummy_hcd). "
+            "Needs root and the kernel modules libcomposite and usb_f_fs. "
+            "Prints a line for each update with the CRC-32 of its pixels and of the screen. "
+            "Ends on SIGINT or SIGTERM.";
         line.option("--functionfs", &functionfs_, "DIR",
                     "Mount point of a FunctionFS instance to use (default: create a gadget)");
         line.option("--serial", &gadget_.serial, "TEXT", "Serial number of the gadget");
@@ -85,10 +85,9 @@ public:
         if (!line.parse("stimulator-sim", arguments)) return false;
         if (gadget_.name.empty() || gadget_.name.size() > max_gadget_name ||
             gadget_.name.find('/') != std::string::npos || gadget_.name.front() == '.')
-            throw host::UsageError(
-                fmt::format("{}: --name: \"{}\", allowed 1 to {} characters without '/', the first of them "
-                            "no '.'",
-                            program, gadget_.name, max_gadget_name));
+            throw host::UsageError(fmt::format(
+                "{}: --name: \"{}\", allowed 1 to {} characters without '/', the first of them no '.'",
+                program, gadget_.name, max_gadget_name));
         std::int32_t width = 0, height = 0;
         host::parse_size(size_, width, height);
         if (width > static_cast<std::int32_t>(gud::max_dimension) ||

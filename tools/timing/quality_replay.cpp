@@ -28,10 +28,9 @@ QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& reado
     for (const TimingRow& row : runs.back().rows) {
         bool earlier = false;
         if (!row.levels.empty() && row.levels.size() != groups)
-            throw InputError(
-                fmt::format("{}: frame {}: {} levels, allowed are {}: one for each {} rows of the "
-                            "configured image",
-                            file, row.frame_id, row.levels.size(), groups, group_rows));
+            throw InputError(fmt::format(
+                "{}: frame {}: {} levels, allowed are {}: one for each {} rows of the configured image", file,
+                row.frame_id, row.levels.size(), groups, group_rows));
         for (const char digit : row.levels) {
             const auto level = static_cast<QualityLevel>(digit - '0');
             if (level > QualityLevel::repeated)
@@ -47,13 +46,13 @@ QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& reado
         }
         needs_earlier_ = true;
         if (!whole_before)
-            throw InputError(fmt::format("{}: frame {}: rows of an earlier frame, allowed is a file with a "
-                                         "frame before it that has none",
-                                         file, row.frame_id));
+            throw InputError(fmt::format(
+                "{}: frame {}: rows of an earlier frame, allowed is a file with a frame before it that has none",
+                file, row.frame_id));
         if (row.ahead_error_px > 0 || whole_error_px > 0)
-            throw InputError(fmt::format("{}: frame {}: rows of a rendering for another instant than that of "
-                                         "the trigger, allowed are exact predictions",
-                                         file, row.frame_id));
+            throw InputError(fmt::format(
+                "{}: frame {}: rows of a rendering for another instant than that of the trigger, allowed are exact predictions",
+                file, row.frame_id));
     }
 }
 

@@ -178,8 +178,7 @@ std::string sending(const TimingFile& acquisition, std::size_t t) {
                         ms_text(rows_ms));
     if (rows_ms > 0.5)
         text += fmt::format(
-            ": {:.1f} times the pace (gige.throughput_limit_mbit_s, DeviceLinkThroughputLimit, GevSCPD) "
-            "would end with the rows",
+            ": {:.1f} times the pace (gige.throughput_limit_mbit_s, DeviceLinkThroughputLimit, GevSCPD) would end with the rows",
             pace / rows_ms);
     else
         text += ": gige.throughput_limit_mbit_s, DeviceLinkThroughputLimit or GevSCPD set it";
@@ -285,26 +284,24 @@ std::vector<std::string> remarks(const TimingFile& acquisition) {
         if (finished(row) && row.ahead > 0) ahead_ms.push_back(to_ms(row.ahead));
     if (!ahead_ms.empty()) {
         std::sort(ahead_ms.begin(), ahead_ms.end());
-        all.push_back(
-            fmt::format("rendered ahead: {} of {} frames were ready before their trigger, by {} ms (median; "
-                        "least {} ms)",
-                        ahead_ms.size(), acquisition.rows.size(), ms_text(ahead_ms[ahead_ms.size() / 2]),
-                        ms_text(ahead_ms.front())));
+        all.push_back(fmt::format(
+            "rendered ahead: {} of {} frames were ready before their trigger, by {} ms (median; least {} ms)",
+            ahead_ms.size(), acquisition.rows.size(), ms_text(ahead_ms[ahead_ms.size() / 2]),
+            ms_text(ahead_ms.front())));
     }
     if (const Rendering r(means); r.known && means.of(&TimingRow::measured) > 0)
-        all.push_back(fmt::format(
-            "render threads: {:.0f} of {:.0f} cores, at work {:.0f} % of the time of rendering; then "
-            "they had {:.1f} % of a core each, other programs the rest ({:.1f} ms a frame); "
-            "{:.1f} involuntary context switches a frame",
-            means.of(&TimingRow::render_threads), means.of(&TimingRow::render_cores), 100 * r.busy_share,
-            100 * r.cpu_share, r.others, means.of(&TimingRow::preemptions)));
+        all.push_back(
+            fmt::format("render threads: {:.0f} of {:.0f} cores, at work {:.0f} % of the time of rendering; "
+                        "then they had {:.1f} % of a core each, other programs the rest ({:.1f} ms a frame); "
+                        "{:.1f} involuntary context switches a frame",
+                        means.of(&TimingRow::render_threads), means.of(&TimingRow::render_cores),
+                        100 * r.busy_share, 100 * r.cpu_share, r.others, means.of(&TimingRow::preemptions)));
     const std::optional<double> period = trigger_period_ms(acquisition);
     const double least = means.ms(&TimingRow::min_period);
     if (period && least > *period)
-        all.push_back(
-            fmt::format("triggers every {} ms, but the chip reads a frame in {} ms: trigger at {:.3g} Hz at "
-                        "most, or read fewer rows (camera.height)",
-                        ms_text(*period), ms_text(least), 1e3 / least));
+        all.push_back(fmt::format(
+            "triggers every {} ms, but the chip reads a frame in {} ms: trigger at {:.3g} Hz at most, or read fewer rows (camera.height)",
+            ms_text(*period), ms_text(least), 1e3 / least));
     const double making =
         std::max(means.ms(&TimingRow::render_begin, &TimingRow::render_end), means.ms(&TimingRow::detector));
     if (period && making > std::max(*period, least))

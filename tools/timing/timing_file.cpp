@@ -55,9 +55,9 @@ public:
                 const std::string kind(title.substr(0, title.size() - suffix.size()));
                 // The name goes into pictures (SVG) and tables.
                 if (kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
-                    throw InputError(fmt::format("{}:1: \"{}\" is no kind of transport: allowed are small "
-                                                 "letters, digits and _",
-                                                 name, kind.substr(0, 40)));
+                    throw InputError(fmt::format(
+                        "{}:1: \"{}\" is no kind of transport: allowed are small letters, digits and _", name,
+                        kind.substr(0, 40)));
                 if (std::find(transports.begin(), transports.end(), kind) != transports.end()) continue;
                 transports.push_back(kind);
                 first_byte_.push_back(index_of(kind + std::string(first_byte_suffix)));
@@ -105,9 +105,9 @@ private:
     [[nodiscard]] std::size_t index_of(std::string_view title) const {
         const std::optional<std::size_t> found = find(title);
         if (!found)
-            throw InputError(fmt::format("{}:1: column {} is missing, allowed are the columns that obscurad "
-                                         "--timing writes",
-                                         name_, title));
+            throw InputError(fmt::format(
+                "{}:1: column {} is missing, allowed are the columns that obscurad --timing writes", name_,
+                title));
         return *found;
     }
     /// Numbers with one blank between them, or nothing.
@@ -132,9 +132,9 @@ private:
         return std::string(field);
     }
     [[noreturn]] void refuse(std::size_t line, std::size_t column) const {
-        throw InputError(fmt::format("{}:{}: column {} is no whole number, allowed are the {} columns that "
-                                     "obscurad --timing writes",
-                                     name_, line, column + 1, titles_.size()));
+        throw InputError(fmt::format(
+            "{}:{}: column {} is no whole number, allowed are the {} columns that obscurad --timing writes",
+            name_, line, column + 1, titles_.size()));
     }
 
     const std::string& name_;

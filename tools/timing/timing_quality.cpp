@@ -79,10 +79,10 @@ std::string degraded_because(const TimingRow& row) {
     if ((row.quality.reasons & quality_page_fault) != 0)
         add(fmt::format("{} page faults: render threads waited for the disk", row.page_faults));
     if ((row.quality.reasons & quality_stall) != 0 && row.measured > 0)
-        add(fmt::format("while at work the render threads had {:.0f} % of a core each, by {} involuntary "
-                        "context switches",
-                        100 * static_cast<double>(row.measured_cpu) / static_cast<double>(row.measured),
-                        row.preemptions));
+        add(fmt::format(
+            "while at work the render threads had {:.0f} % of a core each, by {} involuntary context switches",
+            100 * static_cast<double>(row.measured_cpu) / static_cast<double>(row.measured),
+            row.preemptions));
     if ((row.quality.reasons & quality_unknown_scene) != 0)
         add("the first frame, or the first of a new scene");
     if ((row.quality.reasons & (quality_budget | quality_predicted)) != 0)
@@ -142,8 +142,8 @@ std::string degraded_text(std::span<const TimingRow> rows, bool each) {
 }
 
 std::string degraded_csv(std::span<const TimingRow> rows) {
-    std::string out = "acquisition,frame_id,level_max,rows_degraded,reasons,error_ppm,error_worst_ppm,"
-                      "noise_ratio_ppm,budget_us,spent_us,margin_us,levels,why\n";
+    std::string out =
+        "acquisition,frame_id,level_max,rows_degraded,reasons,error_ppm,error_worst_ppm,noise_ratio_ppm,budget_us,spent_us,margin_us,levels,why\n";
     for (const TimingRow& row : rows)
         if (is_degraded(row))
             out += fmt::format(

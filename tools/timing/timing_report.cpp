@@ -159,10 +159,8 @@ std::string stalled_text(const std::vector<TimingRow>& rows) {
     }
     if (stalled == 0) return {};
     return fmt::format(
-        "{} rows of {} frames were ready in time and left more than {} ms late: the system did not run the "
-        "thread that releases them, or the frame before was still being released\n"
-        "(real-time priority, a core without rendering (threads.render_cores) or, with quality = \"adapt\", "
-        "a larger deadline.reserve_us helps)\n",
+        "{} rows of {} frames were ready in time and left more than {} ms late: the system did not run the thread that releases them, or the frame before was still being released\n"
+        "(real-time priority, a core without rendering (threads.render_cores) or, with quality = \"adapt\", a larger deadline.reserve_us helps)\n",
         stalled, frames, release_stall_ns / ns_per_ms);
 }
 
@@ -284,9 +282,9 @@ std::string panel(const TimingFile& file) {
         out += fmt::format("<text x=\"780\" y=\"{}\" fill=\"{}\">{}</text>\n",
                            top + 20 * static_cast<double>(s) + 12, colour, f.name);
         if (f.count == 0) continue;
-        out += fmt::format("<polyline fill=\"none\" stroke-width=\"1.5\" stroke-dasharray=\"{}\" "
-                           "stroke=\"{}\" points=\"",
-                           dashes, colour);
+        out += fmt::format(
+            "<polyline fill=\"none\" stroke-width=\"1.5\" stroke-dasharray=\"{}\" stroke=\"{}\" points=\"",
+            dashes, colour);
         // Draw at most a few hundred points, whatever the count of frames.
         const std::size_t step = std::max<std::size_t>(1, f.count / 500);
         for (std::size_t i = 0; i < f.count; i += step)
@@ -316,17 +314,17 @@ std::string panel(const TimingFile& file) {
 std::string timing_svg(const TimingFile& file) {
     const std::vector<TimingFile> all = acquisitions(file);
     const double height = panel_height * static_cast<double>(std::max<std::size_t>(1, all.size()));
-    std::string out =
-        fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1040\" height=\"{0:g}\" "
-                    "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"1040\" height=\"{0:g}\" "
-                    "fill=\"white\"/>\n",
-                    height);
+    std::string out = fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1040\" height=\"{0:g}\" font-family=\"sans-serif\" font-size=\"12\">\n"
+        "<rect width=\"1040\" height=\"{0:g}\" fill=\"white\"/>\n",
+        height);
     if (all.size() < 2) return out + panel(file) + "</svg>\n";
     for (std::size_t i = 0; i < all.size(); ++i)
-        out += fmt::format(
-            "<g transform=\"translate(0,{:g})\">\n<text x=\"60\" y=\"20\" font-weight=\"bold\">Acquisition "
-            "{}</text>\n{}</g>\n",
-            panel_height * static_cast<double>(i), all[i].rows.front().acquisition, panel(all[i]));
+        out += fmt::format("<g transform=\"translate(0,{:g})\">\n"
+                           "<text x=\"60\" y=\"20\" font-weight=\"bold\">Acquisition {}</text>\n"
+                           "{}</g>\n",
+                           panel_height * static_cast<double>(i), all[i].rows.front().acquisition,
+                           panel(all[i]));
     return out + "</svg>\n";
 }
 

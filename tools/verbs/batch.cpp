@@ -35,15 +35,13 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "divides the frames of a scene into shards for many machines";
         line.description =
-            "Writes DIR/plan.json: the frames, the options that they are rendered with, the shards, and the "
-            "SHA-256 of the scene file and of every file that it reads. obscura batch run then renders one "
-            "shard, on any machine that sees DIR and those files under the same names. A frame of a batch is "
-            "byte for byte the one that obscura render makes with the same options.";
+            "Writes DIR/plan.json: the frames, the options that they are rendered with, the shards, and the SHA-256 of the scene file and of every file that it reads. obscura batch run then renders one shard, on any machine that sees DIR and those files under the same names. "
+            "A frame of a batch is byte for byte the one that obscura render makes with the same options.";
         line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
-        line.option("--frames", &frames_, "A:B",
-                    "Frames of the sequence after the first A, up to the B-th: 0:46000 are all of 46,000, "
-                    "100:200 are numbers 101 to 200. B alone: from the first on. Default with --trajectory: "
-                    "all of its samples");
+        line.option(
+            "--frames", &frames_, "A:B",
+            "Frames of the sequence after the first A, up to the B-th: 0:46000 are all of 46,000, 100:200 are numbers 101 to 200. "
+            "B alone: from the first on. Default with --trajectory: all of its samples");
         line.number("--shard", &shard_frames_, "N",
                     "Frames in a shard; 0: 100, or as many as make 1000 shards if that is more", 0,
                     static_cast<double>(max_frames));
@@ -96,10 +94,9 @@ public:
 
 private:
     [[noreturn]] void refuse_frames() const {
-        throw host::UsageError(
-            fmt::format("obscura batch plan: --frames \"{}\": allowed is A:B with A < B, each 0 to {}, for "
-                        "example 0:46000",
-                        frames_.substr(0, 60), max_frames));
+        throw host::UsageError(fmt::format(
+            "obscura batch plan: --frames \"{}\": allowed is A:B with A < B, each 0 to {}, for example 0:46000",
+            frames_.substr(0, 60), max_frames));
     }
 
     void set_frames(const scene::Scene& scene, Plan& plan) const {
@@ -172,12 +169,11 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "renders shards of a batch, or what is missing of them";
         line.description =
-            "Renders the frames of one or more shards that are not done yet: a frame is done if it has a "
-            "record in the shard's shard.jsonl, and its file has the recorded size and SHA-256. So a run can "
-            "be stopped, killed and repeated at any time, on any machine, and two runs of one shard do no "
-            "harm. A frame's file appears under its name when it is complete and on the disk. On SIGTERM and "
-            "SIGINT the frame in progress is dropped, and the exit status is 75: run it again. The first "
-            "error (disk full, scene or asset changed or unreadable) ends the run.";
+            "Renders the frames of one or more shards that are not done yet: a frame is done if it has a record in the shard's shard.jsonl, and its file has the recorded size and SHA-256. "
+            "So a run can be stopped, killed and repeated at any time, on any machine, and two runs of one shard do no harm. "
+            "A frame's file appears under its name when it is complete and on the disk. "
+            "On SIGTERM and SIGINT the frame in progress is dropped, and the exit status is 75: run it again. "
+            "The first error (disk full, scene or asset changed or unreadable) ends the run.";
         declare_batch_folder(line, batch_);
         line.option("--shard", &shards_, "K",
                     "Shards to render, from 0: 7, or 0-9,12. Default: all, one after the other");

@@ -51,9 +51,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "shows how far a batch is and how long it will take";
         line.description =
-            "Reads the records of all shards and looks at the sizes of the frames' files. The time left is "
-            "that of the remaining frames at the rate of all processes in the last 15 minutes. Exit status 0 "
-            "if every frame is done, else 1.";
+            "Reads the records of all shards and looks at the sizes of the frames' files. "
+            "The time left is that of the remaining frames at the rate of all processes in the last 15 minutes. "
+            "Exit status 0 if every frame is done, else 1.";
         declare_batch_folder(line, batch_);
         line.flag("--json", json_, "Print the state as one JSON object, with the list of unfinished shards");
         line.examples = {"obscura batch status batch", "obscura batch status batch --json"};
@@ -86,14 +86,13 @@ class BatchVerify final : public Verb {
 public:
     void declare(host::CommandLine& line) override {
         line.summary = "reads all frames of a batch and compares their SHA-256 with the records";
-        line.description = "Prints a line for each frame whose file is missing or is not as recorded; "
-                           "obscura batch run makes those anew. Exit status 0 if every frame of the plan is "
-                           "there and right, else 1.";
+        line.description =
+            "Prints a line for each frame whose file is missing or is not as recorded; obscura batch run makes those anew. "
+            "Exit status 0 if every frame of the plan is there and right, else 1.";
         declare_batch_folder(line, batch_);
         line.flag(
             "--inputs", inputs_,
-            "Also read the scene and all files that it reads whole; a run reads samples of those beyond 64 "
-            "MiB");
+            "Also read the scene and all files that it reads whole; a run reads samples of those beyond 64 MiB");
         line.number("--threads", &threads_, "N", "Threads that read; 0: one per core", 0, 1024);
         line.flag("--json", json_, "Print the figures as one JSON object");
         line.examples = {"obscura batch verify batch && echo complete",
@@ -125,11 +124,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "hands the unfinished shards of a batch to Slurm or GNU parallel";
         line.description =
-            "Makes the command that runs obscura batch run for each unfinished shard, prints it, and "
-            "executes it: an array of jobs for Slurm, or GNU parallel on this machine and, with its own "
-            "options, on others. All machines must see DIR, the scene and its files under the same names. "
-            "Slurm sends SIGTERM a minute before a job's time is over; what it did not finish is submitted "
-            "by the next call.";
+            "Makes the command that runs obscura batch run for each unfinished shard, prints it, and executes it: an array of jobs for Slurm, or GNU parallel on this machine and, with its own options, on others. "
+            "All machines must see DIR, the scene and its files under the same names. "
+            "Slurm sends SIGTERM a minute before a job's time is over; "
+            "what it did not finish is submitted by the next call.";
         declare_batch_folder(line, batch_);
         line.flag("--slurm", slurm_, "Submit an array of jobs with sbatch");
         line.flag("--parallel", parallel_, "Run jobs with GNU parallel, and wait for them");
@@ -137,9 +135,10 @@ public:
         line.number("--threads", &request_.threads, "N", "Render threads of each shard", 1, 1024);
         line.number("--jobs", &request_.jobs, "N",
                     "With --parallel: shards at a time on each machine; 0: one per core", 0, 65536);
-        line.option("--with", &request_.with, "TEXT",
-                    "Further options of sbatch or parallel, as they are, such as \"--partition=long "
-                    "--time=4:00:00\" or \"--sshlogin node1,node2\"; may be given several times");
+        line.option(
+            "--with", &request_.with, "TEXT",
+            "Further options of sbatch or parallel, as they are, such as \"--partition=long --time=4:00:00\" or \"--sshlogin node1,node2\"; "
+            "may be given several times");
         line.examples = {
             "obscura batch submit batch --slurm --with=\"--time=4:00:00 --mem=8G\"",
             "obscura batch submit batch --parallel --jobs 4",

@@ -37,11 +37,11 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "measures rendering, detector, transmission and trigger latency";
         line.description =
-            "Measures three parts: rendering and detector offline; the GigE Vision stream with frames "
-            "made in advance; and the whole camera in this process, triggered by a timer, with libaravis "
-            "as the client on a loopback address that no other camera uses. Without --config a built-in "
-            "workload is measured: a procedural asteroid that covers a third of a field of 1024 x 1024 "
-            "pixels, and 200 stars. The exit status is 1 when a frame was lost.";
+            "Measures three parts: rendering and detector offline; "
+            "the GigE Vision stream with frames made in advance; "
+            "and the whole camera in this process, triggered by a timer, with libaravis as the client on a loopback address that no other camera uses. "
+            "Without --config a built-in workload is measured: a procedural asteroid that covers a third of a field of 1024 x 1024 pixels, and 200 stars. "
+            "The exit status is 1 when a frame was lost.";
         line.option("--config", &config_, "FILE",
                     "Daemon configuration to measure (default: built-in workload)");
         line.number("--frames", &frames_, "N", "Frames of each measurement", 2, 100000);

@@ -34,40 +34,37 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "makes the frames of a camera offline: render and detector, no network";
         line.description =
-            "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, without "
-            "triggers or transports, and saves them. Frame k shows the scene k - 1 trigger periods after its "
-            "start. With scene_time = \"nominal\" the frames are byte for byte those that obscurad sends "
-            "with the same configuration and run word after an acquisition start. What is odd about the "
-            "configuration (nothing in the field, much of the frame saturated, readout longer than the "
-            "trigger period, ...) is a warning on standard error; obscura check says it beforehand.";
+            "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, without triggers or transports, and saves them. "
+            "Frame k shows the scene k - 1 trigger periods after its start. "
+            "With scene_time = \"nominal\" the frames are byte for byte those that obscurad sends with the same configuration and run word after an acquisition start. "
+            "What is odd about the configuration (nothing in the field, much of the frame saturated, readout longer than the trigger period, ...) is a warning on standard error; "
+            "obscura check says it beforehand.";
         line.positional("CONFIG", &config_, "Daemon configuration (TOML)");
         line.number("-n,--frames", &frames_, "N", "Number of frames to make", 1, 1e9);
         line.number("--first", &first_, "K", "Number of the first frame to make", 1, 1e9);
         line.number("--run", &run_word_, "N",
-                    "Run word of the temporal noise, as the headers of an earlier run state it. Default: "
-                    "daemon.run of the configuration",
+                    "Run word of the temporal noise, as the headers of an earlier run state it. "
+                    "Default: daemon.run of the configuration",
                     0, 4294967295.0);
         line.option("-o,--output", &output_, "DIR", "Folder for the frames; created when it is missing")
             .required = true;
         files_.declare(line, "Also ");
-        line.flag("--truth", truth_,
-                  "Also save the ground truth of each frame as truth_NNNNNN.fits: electrons before noise, "
-                  "saturated pixels, windows, row times, particle hits");
+        line.flag(
+            "--truth", truth_,
+            "Also save the ground truth of each frame as truth_NNNNNN.fits: electrons before noise, saturated pixels, windows, row times, particle hits");
         truth_table_.declare(line);
         line.flag("--exr", exr_,
                   "Also save the irradiance without detector (W/m2) of each frame as ideal_NNNNNN.exr");
         line.option(
             "--intrinsics", &intrinsics_, "FILE",
-            "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
-            "OpenCV's FileStorage reads");
+            "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that OpenCV's FileStorage reads");
         line.option("--levels", &levels_, "FILE",
-                    "Render each frame at the quality levels that it had in a run: FILE is what obscurad "
-                    "--timing wrote, of its last acquisition. The same bytes, unless poses came from a "
-                    "simulator");
+                    "Render each frame at the quality levels that it had in a run: "
+                    "FILE is what obscurad --timing wrote, of its last acquisition. "
+                    "The same bytes, unless poses came from a simulator");
         line.flag(
             "--strict", strict_,
-            "Stop with status 1 before the first frame if view or timing are odd, and at the end if the "
-            "signal is");
+            "Stop with status 1 before the first frame if view or timing are odd, and at the end if the signal is");
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura capture config/demo.toml --frames 5 -o frames",

@@ -25,42 +25,41 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "measures a sensor after EMVA 1288: gain, noise, saturation, patterns";
         line.description =
-            "Measures gain, noise, saturation capacity, linearity, DSNU, PRNU and dark current from digital "
-            "numbers alone. The images come from one of three sources: --preset simulates bright and dark "
-            "series of a sensor and compares each result with the value in the sensor file; --series reads "
-            "the descriptor and the images of an EMVA 1288 reference set; --camera takes a series from a "
-            "running GigE Vision camera in front of a uniform, constant light, with exposure times that rise "
-            "until the image saturates. The exit status is 1 when a result deviates from the value in the "
-            "sensor file by more than its tolerance.";
+            "Measures gain, noise, saturation capacity, linearity, DSNU, PRNU and dark current from digital numbers alone. "
+            "The images come from one of three sources: --preset simulates bright and dark series of a sensor and compares each result with the value in the sensor file; "
+            "--series reads the descriptor and the images of an EMVA 1288 reference set; "
+            "--camera takes a series from a running GigE Vision camera in front of a uniform, constant light, with exposure times that rise until the image saturates. "
+            "The exit status is 1 when a result deviates from the value in the sensor file by more than its tolerance.";
         line.option("--preset", &preset_, "NAME",
                     "Sensor to simulate: a name that `obscura sensor list` prints, or a .toml file");
-        line.option("--series", &series_, "DIR",
-                    "EMVA 1288 descriptor file, or the folder of one named EMVA1288_Data.txt, with the "
-                    "images that it names");
+        line.option(
+            "--series", &series_, "DIR",
+            "EMVA 1288 descriptor file, or the folder of one named EMVA1288_Data.txt, with the images that it names");
         line.option("--camera", &camera_.series.receiver.address, "HOST",
                     "GigE Vision camera in front of a uniform, constant light: IPv4 address or host name");
-        line.flag("--dark", camera_.dark,
-                  "With --camera: take a dark series, with the light off, and measure dark noise, DSNU and "
-                  "dark current");
+        line.flag(
+            "--dark", camera_.dark,
+            "With --camera: take a dark series, with the light off, and measure dark noise, DSNU and dark current");
         line.number("--gain", &camera_.gain_dn_per_e, "K",
                     "With --dark: system gain K in DN/e-, as measured without --dark (0: results in DN)", 0,
                     1e6);
-        line.number("--photons-per-s", &camera_.photons_per_s, "P",
-                    "With --camera: photons per pixel and second that the light delivers, needed for the "
-                    "quantum efficiency (0: unknown)",
-                    0, 1e15);
+        line.number(
+            "--photons-per-s", &camera_.photons_per_s, "P",
+            "With --camera: photons per pixel and second that the light delivers, needed for the quantum efficiency (0: unknown)",
+            0, 1e15);
         line.number("--least-us", &camera_.series.min_us, "US",
                     "With --camera: shortest exposure time in microseconds (0: the camera's minimum)", 0,
                     1e7);
-        line.number("--most-us", &camera_.series.max_us, "US",
-                    "With --camera: longest exposure time in microseconds (0: found by raising it until the "
-                    "image saturates)",
-                    0, 1e7);
+        line.number(
+            "--most-us", &camera_.series.max_us, "US",
+            "With --camera: longest exposure time in microseconds (0: found by raising it until the image saturates)",
+            0, 1e7);
         line.number("--levels", &camera_.series.levels, "N",
                     "With --camera: number of exposure times, evenly spaced", 5, 1000);
-        line.option("--pixel-format", &camera_.series.pixel_format, "FORMAT",
-                    "With --camera: PixelFormat, one of Mono8 to Mono16, Mono10p and Mono12p (default: the "
-                    "camera's setting)");
+        line.option(
+            "--pixel-format", &camera_.series.pixel_format, "FORMAT",
+            "With --camera: "
+            "PixelFormat, one of Mono8 to Mono16, Mono10p and Mono12p (default: the camera's setting)");
         line.number("--packet-size", &camera_.series.receiver.packet_size, "BYTES",
                     "With --camera: GevSCPSPacketSize (0: negotiated)", 0, 65532);
         line.number("--wavelength-nm", &wavelength_nm_, "NM",
@@ -91,10 +90,9 @@ public:
             if (!(sensors::quantum_efficiency(sensor.detector.quantum_efficiency, wavelength_nm_ * 1e-9) >
                   0) ||
                 !(sensor.detector.transmission > 0) || !(sensor.detector.fill_factor > 0))
-                throw ConfigError(
-                    fmt::format("{}: the sensor has no sensitivity at {} nm: quantum efficiency, "
-                                "transmission or fill factor is 0",
-                                file.string(), wavelength_nm_));
+                throw ConfigError(fmt::format(
+                    "{}: the sensor has no sensitivity at {} nm: quantum efficiency, transmission or fill factor is 0",
+                    file.string(), wavelength_nm_));
             result = characterise_preset(sensor, wavelength_nm_ * 1e-9);
         } else {
             result = characterise_series(series_);

@@ -62,14 +62,13 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "checks a configuration, a scene or a sensor without starting anything";
         line.description =
-            "Reads a daemon configuration with its sensor and scene files, or a scene file or sensor file "
-            "alone, and reports each mistake in one line: FILE:LINE:COLUMN: KEY: what is wrong, what is "
-            "allowed. The tables of the file tell which of them it is. For what is free of mistakes it "
-            "prints figures to judge it by: field of view, extent, distance, size in pixels and phase angle "
-            "of each body, stars in the field, the brightest expected signal, readout and rendering time. "
-            "What is odd is a warning on standard error: what, the figure, and what to try; the exit status "
-            "stays 0 without --strict. Signal and rendering time are estimated by rendering a frame, or for "
-            "about 2 seconds as many of its rows as this machine can, the making of a terrain's tiles apart. "
+            "Reads a daemon configuration with its sensor and scene files, or a scene file or sensor file alone, and reports each mistake in one line: "
+            "FILE:LINE:COLUMN: KEY: what is wrong, what is allowed. "
+            "The tables of the file tell which of them it is. "
+            "For what is free of mistakes it prints figures to judge it by: field of view, extent, distance, size in pixels and phase angle of each body, stars in the field, the brightest expected signal, readout and rendering time. "
+            "What is odd is a warning on standard error: what, the figure, and what to try; "
+            "the exit status stays 0 without --strict. "
+            "Signal and rendering time are estimated by rendering a frame, or for about 2 seconds as many of its rows as this machine can, the making of a terrain's tiles apart. "
             "Opens no device and no socket without --devices.";
         line.positional(
             "FILE", &file_,
@@ -79,11 +78,11 @@ public:
                   "Print the effective configuration: every key with its value, unit, range and meaning");
         line.flag("--quick", quick_, "Render nothing: no expected signal, no rendering time");
         line.flag("--strict", strict_, "Exit with status 1 if anything is odd");
-        line.flag("--devices", devices_,
-                  "Also try what the configuration needs of this machine, without starting the camera: "
-                  "network interface, ports, GPIO lines, device nodes, displays, folders, real-time "
-                  "permissions. Exit status 69 if the daemon could not start. Not while the daemon runs: "
-                  "what it holds is in use, and output lines become inactive");
+        line.flag(
+            "--devices", devices_,
+            "Also try what the configuration needs of this machine, without starting the camera: network interface, ports, GPIO lines, device nodes, displays, folders, real-time permissions. "
+            "Exit status 69 if the daemon could not start. "
+            "Not while the daemon runs: what it holds is in use, and output lines become inactive");
         line.flag("--json", json_, "Print the figures, warnings and devices as one JSON object");
         line.examples = {"obscura check config/demo.toml", "obscura check config/scenes/demo.toml",
                          "obscura check has2", "obscura check --devices config/demo.toml",

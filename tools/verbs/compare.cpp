@@ -39,22 +39,15 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "compares two images (shift, scale, correlation, residual) or two star lists";
         line.description =
-            "Registers two images of the same size: finds the sub-pixel shift of the highest correlation and "
-            "fits IMAGE = scale * REFERENCE + offset at that shift by least squares; prints shift, scale, "
-            "offset, Pearson correlation and residual. Reads FITS, PNG, OpenEXR and PDS3 (attached label, or "
-            "the detached label as the file). Pixels that are NaN in either image are left out. The standard "
-            "error of the shift contains noise and what the images do not share otherwise (texture, shape, "
-            "shading), estimated from the autocorrelation of the residual and from the scatter between "
-            "blocks of the image: a shift of several standard errors is significant. None is given where the "
-            "correlation has no maximum within --max-shift, because the shift is then undetermined. With "
-            "--scene, the scene file that IMAGE was rendered from, the report also gives the scale in I/F "
-            "(pi times the radiance over the Sun's irradiance at the scene's first body), which is "
-            "dimensionless where REFERENCE is in I/F; and --pointing fits three angles of the camera instead "
-            "of a shift: right, down and roll. If both files are star lists, CSV tables with the columns "
-            "x_px and y_px (or x and y), or ra_deg and dec_deg, and magnitudes (mag, v_mag, magnitude_v, V) "
-            "or fluxes (flux, signal_e, ...): matches the stars, the nearest pairs first, and prints number, "
-            "mean shift and rms distance of the pairs, and the zero point: mean and scatter of the magnitude "
-            "of the star in IMAGE less that in REFERENCE.";
+            "Registers two images of the same size: finds the sub-pixel shift of the highest correlation and fits IMAGE = scale * REFERENCE + offset at that shift by least squares; "
+            "prints shift, scale, offset, Pearson correlation and residual. "
+            "Reads FITS, PNG, OpenEXR and PDS3 (attached label, or the detached label as the file). "
+            "Pixels that are NaN in either image are left out. "
+            "The standard error of the shift contains noise and what the images do not share otherwise (texture, shape, shading), estimated from the autocorrelation of the residual and from the scatter between blocks of the image: a shift of several standard errors is significant. "
+            "None is given where the correlation has no maximum within --max-shift, because the shift is then undetermined. "
+            "With --scene, the scene file that IMAGE was rendered from, the report also gives the scale in I/F (pi times the radiance over the Sun's irradiance at the scene's first body), which is dimensionless where REFERENCE is in I/F; "
+            "and --pointing fits three angles of the camera instead of a shift: right, down and roll. "
+            "If both files are star lists, CSV tables with the columns x_px and y_px (or x and y), or ra_deg and dec_deg, and magnitudes (mag, v_mag, magnitude_v, V) or fluxes (flux, signal_e, ...): matches the stars, the nearest pairs first, and prints number, mean shift and rms distance of the pairs, and the zero point: mean and scatter of the magnitude of the star in IMAGE less that in REFERENCE.";
         line.positional("REFERENCE", &reference_, "Reference image");
         line.positional("IMAGE", &image_, "Image to compare with the reference");
         line.option(
@@ -62,21 +55,21 @@ public:
             "Plane number (from 0) or OpenEXR channel name to read from REFERENCE (default: the first)");
         line.option("--image-plane", &image_plane_, "N|NAME",
                     "Plane number (from 0) or OpenEXR channel name to read from IMAGE (default: the first)");
-        line.option("--reference-column", &reference_list_.brightness, "COLUMN",
-                    "Star lists: column of REFERENCE with magnitudes (its name begins with mag or ends with "
-                    "mag, or is V) or fluxes (default: the first that is known)");
+        line.option(
+            "--reference-column", &reference_list_.brightness, "COLUMN",
+            "Star lists: column of REFERENCE with magnitudes (its name begins with mag or ends with mag, or is V) or fluxes (default: the first that is known)");
         line.option("--image-column", &image_list_.brightness, "COLUMN", "Star lists: that column of IMAGE");
-        line.option("--rows", &rows_, "COLUMN=VALUE",
-                    "Star lists: only rows with this value, of the lists that have the column; several: all "
-                    "must hold");
+        line.option(
+            "--rows", &rows_, "COLUMN=VALUE",
+            "Star lists: only rows with this value, of the lists that have the column; several: all must hold");
         line.number("--match-radius", &match_radius_, "PX",
                     "Star lists: largest distance of a pair, in pixels or arc seconds", 1e-6, 1e6);
         line.number("--max-rms", &max_rms_, "PX",
                     "Star lists: exit with status 1 when the rms distance is larger (0: no limit)", 0, 1e6);
-        line.number("--max-mag-rms", &max_mag_rms_, "MAG",
-                    "Star lists: exit with status 1 when the scatter about the zero point is larger (0: no "
-                    "limit)",
-                    0, 100);
+        line.number(
+            "--max-mag-rms", &max_mag_rms_, "MAG",
+            "Star lists: exit with status 1 when the scatter about the zero point is larger (0: no limit)", 0,
+            100);
         line.number("--min-pairs", &min_pairs_, "N",
                     "Star lists: exit with status 1 when fewer stars are matched", 0, 10'000'000);
         line.option("--pairs", &pairs_, "FILE.csv", "Star lists: write the pairs and their differences");
@@ -85,12 +78,10 @@ public:
                     1024);
         line.option(
             "--scene", &scene_file_, "SCENE",
-            "Scene file (TOML) that IMAGE was rendered from, whole sensor: its camera and Sun, for I/F and "
-            "--pointing");
-        line.flag(
-            "--pointing", pointing_,
-            "Fit the pointing of the scene's camera, two angles and a roll; the other figures are those of "
-            "IMAGE at the fitted pointing");
+            "Scene file (TOML) that IMAGE was rendered from, whole sensor: its camera and Sun, for I/F and --pointing");
+        line.flag("--pointing", pointing_,
+                  "Fit the pointing of the scene's camera, two angles and a roll; "
+                  "the other figures are those of IMAGE at the fitted pointing");
         line.number("--max-roll", &max_roll_deg_, "DEG",
                     "Largest roll to search for with --pointing, in degrees; the shift has --max-shift", 0,
                     45);
@@ -106,9 +97,9 @@ public:
                     1024);
         line.option("--residual", &residual_, "FILE.fits",
                     "Write the residual IMAGE - scale * REFERENCE - offset as FITS");
-        line.option("--picture", &picture_, "FILE.png",
-                    "Write reference (scaled to the image), image and their difference side by side as a PNG "
-                    "with titles, one grey scale for both and a colour bar for the difference");
+        line.option(
+            "--picture", &picture_, "FILE.png",
+            "Write reference (scaled to the image), image and their difference side by side as a PNG with titles, one grey scale for both and a colour bar for the difference");
         stretch_options_.declare(line, "With --picture: contrast of both images");
         line.flag("--json", json_, "Print one JSON object instead of a table");
         line.examples = {
@@ -232,10 +223,9 @@ private:
         scene::Scene scene = scene::load_scene(scene_file_);
         const scene::Camera& camera = scene.camera;
         if (image.width != camera.width || image.height != camera.height)
-            throw InputError(fmt::format("{}: the camera has {} x {} pixels, {} has {} x {}: allowed is an "
-                                         "image of the whole sensor",
-                                         scene_file_, camera.width, camera.height, image_, image.width,
-                                         image.height));
+            throw InputError(fmt::format(
+                "{}: the camera has {} x {} pixels, {} has {} x {}: allowed is an image of the whole sensor",
+                scene_file_, camera.width, camera.height, image_, image.width, image.height));
         const Vec3 target_m = scene.bodies.empty()
                                   ? camera.motion.samples.front().pose.position_m
                                   : scene.bodies.front().motion.samples.front().pose.position_m;

@@ -46,16 +46,14 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "lists what SPICE kernels cover, and where bodies are over time";
         line.description =
-            "Reads SPICE kernels: SPK of types 1, 2, 3, 9, 13 and 21, binary PCK, CK of type 3 (either byte "
-            "order, or transfer files), text kernels (LSK, PCK, FK, SCLK) and meta-kernels. Of several "
-            "kernels the last that has something is used, as in SPICE. Without --target it lists bodies, "
-            "frames and the times that are covered, with gaps. With --target it prints its place seen from "
-            "--observer: position and velocity, distance, light time, right ascension and declination; and, "
-            "where the rotation of the target is known, the planetocentric longitude (east) and latitude of "
-            "the points below observer and Sun. Bodies are names or NAIF codes. --see names corrections: "
-            "geometric (none), astrometric (light time), apparent (light time and aberration), deflected "
-            "(apparent, and light is bent by the Sun). Debian packages an ephemeris of the planets: see "
-            "obscura import ephemeris.";
+            "Reads SPICE kernels: "
+            "SPK of types 1, 2, 3, 9, 13 and 21, binary PCK, CK of type 3 (either byte order, or transfer files), text kernels (LSK, PCK, FK, SCLK) and meta-kernels. "
+            "Of several kernels the last that has something is used, as in SPICE. "
+            "Without --target it lists bodies, frames and the times that are covered, with gaps. "
+            "With --target it prints its place seen from --observer: position and velocity, distance, light time, right ascension and declination; "
+            "and, where the rotation of the target is known, the planetocentric longitude (east) and latitude of the points below observer and Sun. "
+            "Bodies are names or NAIF codes. --see names corrections: geometric (none), astrometric (light time), apparent (light time and aberration), deflected (apparent, and light is bent by the Sun). "
+            "Debian packages an ephemeris of the planets: see obscura import ephemeris.";
         line.positional("KERNEL", &kernels_, "Kernels in order of rising priority");
         line.option("--target", &target_, "BODY", "Body to find");
         line.option("--observer", &observer_, "BODY", "Body from whose centre it is seen");
@@ -200,8 +198,8 @@ private:
     }
 
     void print_csv(const std::vector<Row>& table) const {
-        fmt::print("utc,tdb_s,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s,distance_km,light_time_s,ra_deg,dec_deg,"
-                   "observer_lon_deg,observer_lat_deg,sun_lon_deg,sun_lat_deg\n");
+        fmt::print(
+            "utc,tdb_s,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s,distance_km,light_time_s,ra_deg,dec_deg,observer_lon_deg,observer_lat_deg,sun_lon_deg,sun_lat_deg\n");
         const auto point = [](const std::optional<SurfacePoint>& p) {
             return p ? fmt::format("{:.9f},{:.9f}", p->longitude_rad / degree, p->latitude_rad / degree)
                      : std::string(",");

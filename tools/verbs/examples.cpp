@@ -21,9 +21,8 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "lists, explains and copies examples to start from";
         line.description =
-            "Without NAME the shipped examples are listed, a line each. With NAME the explanation of one is "
-            "printed: what it shows, what hardware it needs, the commands that run it and what they print. "
-            "--copy puts its files into a new folder, where these commands work.";
+            "Without NAME the shipped examples are listed, a line each. "
+            "With NAME the explanation of one is printed: what it shows, what hardware it needs, the commands that run it and what they print. --copy puts its files into a new folder, where these commands work.";
         host::Option& name = line.positional("NAME", &name_, "Example to explain or copy");
         name.required = false;
         name.choices = names();

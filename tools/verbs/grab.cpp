@@ -82,31 +82,28 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "receives frames from a GigE Vision camera and saves them";
         line.description =
-            "Takes control of the camera, starts the acquisition, receives frames with libaravis (which "
-            "requests lost packets again), and prints the counts of frames and packets, the frame rate "
-            "and the latencies. A packet asked for again is lost only if the camera sent it before: of an "
-            "Obscura camera, grab also prints how many it resent, how many were asked for before they were "
-            "sent (rows that were late), and how many it refused. Latencies count from the camera's time "
-            "stamp of the frame (with Obscura: the trigger edge). The camera's clock is compared with the "
-            "client's through the time-stamp "
-            "latch, so latencies are valid for a camera on another machine too. Works with any GigE "
-            "Vision camera. The exit status is 1 when a frame is missing or incomplete.";
+            "Takes control of the camera, starts the acquisition, receives frames with libaravis (which requests lost packets again), and prints the counts of frames and packets, the frame rate and the latencies. "
+            "A packet asked for again is lost only if the camera sent it before: of an Obscura camera, grab also prints how many it resent, how many were asked for before they were sent (rows that were late), and how many it refused. "
+            "Latencies count from the camera's time stamp of the frame (with Obscura: the trigger edge). "
+            "The camera's clock is compared with the client's through the time-stamp latch, so latencies are valid for a camera on another machine too. "
+            "Works with any GigE Vision camera. "
+            "The exit status is 1 when a frame is missing or incomplete.";
         line.option("-a,--address", &address_, "HOST", "IPv4 address or host name of the camera");
         line.number("-n,--frames", &frames_, "N", "Number of frames to receive", 1, 1e9);
         line.option("-o,--output", &output_, "DIR",
                     "Folder for the frames; created when it is missing (default: frames are not saved)");
         files_.declare(line, "With --output: also ");
-        line.flag("--chunks", chunks_,
-                  "With --output: switch the camera's chunk data on for this run (Obscura's chunks) and save "
-                  "the ground truth of each frame: as cards of FITS, PNG and raw files, and with windows and "
-                  "row times as a line of JSON in chunks.jsonl");
+        line.flag(
+            "--chunks", chunks_,
+            "With --output: switch the camera's chunk data on for this run (Obscura's chunks) and save the ground truth of each frame: as cards of FITS, PNG and raw files, and with windows and row times as a line of JSON in chunks.jsonl");
         line.option(
             "--intrinsics", &intrinsics_, "FILE",
             "Write camera matrix and the poses of each frame as JSON that OpenCV's FileStorage reads; "
             "switches the camera's chunk data on for this run");
-        line.option("--lens", &lens_, "FILE",
-                    "With --intrinsics: daemon configuration of the camera, whose projection and distortion "
-                    "the JSON file then has; frames do not carry them");
+        line.option(
+            "--lens", &lens_, "FILE",
+            "With --intrinsics: daemon configuration of the camera, whose projection and distortion the JSON file then has; "
+            "frames do not carry them");
         line.number("--timeout", &timeout_s_, "S", "Give up when no frame arrives for this many seconds",
                     0.01, 3600);
         line.number("--rate", &rate_hz_, "HZ",
@@ -294,10 +291,9 @@ private:
             static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
         const std::vector<std::uint16_t> values = unpack_pixels(frame.pixel_format, pixels, frame.data, bits);
         if (values.empty())
-            throw OutputError(
-                fmt::format("{}: pixel format {:#010x} cannot be saved, allowed are Mono8 to Mono16, "
-                            "Mono10p and Mono12p",
-                            output_, frame.pixel_format));
+            throw OutputError(fmt::format(
+                "{}: pixel format {:#010x} cannot be saved, allowed are Mono8 to Mono16, Mono10p and Mono12p",
+                output_, frame.pixel_format));
         images::Cards cards{
             {"FRAMEID", static_cast<std::int64_t>(frame.block_id), "block id"},
             {"T_DEV", static_cast<std::int64_t>(frame.device_ns), "[ns] time stamp of the camera"}};

@@ -21,14 +21,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "makes a kernel of planets, Moon and Sun from Debian's DE405";
         line.description =
-            "Writes an SPK kernel in the form that is used without loading it (binary, little-endian) for "
-            "the key kernels of a scene and for obscura ephemeris. Without --output it becomes the default "
-            "ephemeris, which scenes use that name no kernels: $XDG_DATA_HOME/obscura/de405.bsp "
-            "(~/.local/share), of root /usr/local/share/obscura/de405.bsp. FILE is the folder of casacore's "
-            "table of JPL's DE405, which Debian's package casacore-data-jpl-de405 installs (planets, Moon "
-            "and Sun, 1959 to 2060), or an SPK, CK or binary PCK kernel: big-endian ones and transfer files "
-            "(.xsp, .xc, .xpc) are converted. Binary kernels of either byte order and transfer files can "
-            "also be used as they are.";
+            "Writes an SPK kernel in the form that is used without loading it (binary, little-endian) for the key kernels of a scene and for obscura ephemeris. "
+            "Without --output it becomes the default ephemeris, which scenes use that name no kernels: $XDG_DATA_HOME/obscura/de405.bsp (~/.local/share), of root /usr/local/share/obscura/de405.bsp. "
+            "FILE is the folder of casacore's table of JPL's DE405, which Debian's package casacore-data-jpl-de405 installs (planets, Moon and Sun, 1959 to 2060), or an SPK, CK or binary PCK kernel: big-endian ones and transfer files (.xsp, .xc, .xpc) are converted. "
+            "Binary kernels of either byte order and transfer files can also be used as they are.";
         line.positional("FILE", &file_, "Folder of the table, or kernel").required = false;
         line.option("-o,--output", &output_, "FILE", "Kernel to write; none: the default ephemeris");
         line.examples = {
@@ -54,10 +50,9 @@ public:
                                          table.segments);
         } else {
             if (!std::filesystem::exists(file))
-                throw InputError(
-                    fmt::format("{}: no such file or folder; Debian's package casacore-data-jpl-de405 "
-                                "installs {}",
-                                file_, casacore_de405));
+                throw InputError(fmt::format(
+                    "{}: no such file or folder; Debian's package casacore-data-jpl-de405 installs {}", file_,
+                    casacore_de405));
             bytes = converted(file);
         }
         if (is_default) {

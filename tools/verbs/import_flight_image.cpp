@@ -18,9 +18,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "makes a scene file from the header of a flight image";
         line.description =
-            "Reads camera pose, Sun position, time and filter from the header of a flight image and writes a "
-            "scene file that reproduces the image: render it and compare the two. Supported are NEAR MSI "
-            "frames of 433 Eros: FITS files, each with its detached PDS3 label (.lbl) in the same folder; "
+            "Reads camera pose, Sun position, time and filter from the header of a flight image and writes a scene file that reproduces the image: render it and compare the two. "
+            "Supported are NEAR MSI frames of 433 Eros: "
+            "FITS files, each with its detached PDS3 label (.lbl) in the same folder; "
             "raw frames of 537 x 244 pixels, 16 by 27 um, and frames resampled to 537 x 412 square pixels.";
         line.positional("FILE", &file_, "Flight image (FITS)");
         line.option("--shape", &shape_, "MESH", "Shape model of the target: Wavefront OBJ in body-fixed axes")

@@ -58,14 +58,14 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "makes a giant texture (.obt) from maps of heights or albedo";
         line.description =
-            "Reads maps (PDS3, PDS4, ISIS cubes, GeoTIFF, JPEG 2000, PNG, JPEG, FITS, ENVI, VRT) through "
-            "GDAL, in a process of its own (Debian's package obscura-gdal), and writes one texture with all "
-            "its levels of detail. Of PDS files name the label (.lbl, .xml) or the data beside it. Samples "
-            "are copied as they are, in the file's own projection: simple cylindrical, polar stereographic "
-            "or a plane; other projections are resampled. Several maps of one grid are put together; where "
-            "they overlap the first counts. Numbers become values by the label's scale and offset; radii "
-            "become heights. What the labels leave open or have wrong is said in the options. An interrupted "
-            "import goes on when it is started again.";
+            "Reads maps (PDS3, PDS4, ISIS cubes, GeoTIFF, JPEG 2000, PNG, JPEG, FITS, ENVI, VRT) through GDAL, in a process of its own (Debian's package obscura-gdal), and writes one texture with all its levels of detail. "
+            "Of PDS files name the label (.lbl, .xml) or the data beside it. "
+            "Samples are copied as they are, in the file's own projection: simple cylindrical, polar stereographic or a plane; "
+            "other projections are resampled. "
+            "Several maps of one grid are put together; where they overlap the first counts. "
+            "Numbers become values by the label's scale and offset; radii become heights. "
+            "What the labels leave open or have wrong is said in the options. "
+            "An interrupted import goes on when it is started again.";
         line.positional("FILE", &task_.files, "Maps, the one that goes before the others first");
         line.option("-o,--output", &output_, "FILE", "Texture to write (.obt)").required = true;
         line.flag("--height", height_, "Heights or radii (the default)");
@@ -81,13 +81,12 @@ public:
                     1e12);
         line.option("--radii", &radii_, "A,B,C",
                     "Semi-axes in metres of the ellipsoid from which heights count");
-        name_choices<HeightMeaning>(
-            line.option("--values", &values_, "KIND",
-                        "What heights are: along the radius, along the normal of the ellipsoid, or distances "
-                        "from the centre (default: as they look)"));
-        line.option("--edges", &edges_, "L,R,T,B",
-                    "Degrees of the left, right, top and bottom edge of a simple cylindrical map, in place "
-                    "of what the file says: --edges=-180,180,90,-90");
+        name_choices<HeightMeaning>(line.option(
+            "--values", &values_, "KIND",
+            "What heights are: along the radius, along the normal of the ellipsoid, or distances from the centre (default: as they look)"));
+        line.option(
+            "--edges", &edges_, "L,R,T,B",
+            "Degrees of the left, right, top and bottom edge of a simple cylindrical map, in place of what the file says: --edges=-180,180,90,-90");
         line.flag("--west-positive", task_.settings.west_positive,
                   "Longitudes of labels and of --edges grow westwards");
         name_choices<Latitudes>(
@@ -97,10 +96,10 @@ public:
                         "What the file's places are of: edges of pixels, or nodes, the samples themselves"));
         line.option("--shift", &shift_, "X,Y",
                     "Moves all samples by so many pixels to the right and down: --shift=0,-1");
-        line.number("--planar", &planar_, "M",
-                    "A plane with pixels of M metres and its middle at the origin; 0: pixels as the file "
-                    "says",
-                    0, 1e9);
+        line.number(
+            "--planar", &planar_, "M",
+            "A plane with pixels of M metres and its middle at the origin; 0: pixels as the file says", 0,
+            1e9);
         line.number("--scale", &scale_, "S", "Value = offset + scale * number (default: the label's)", -1e30,
                     1e30);
         line.number("--offset", &offset_, "O", "See --scale", -1e30, 1e30);

@@ -25,16 +25,12 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "makes a star catalogue file from catalogues of stars";
         line.description =
-            "Reads catalogues of stars and writes one compact file, sorted by parts of the sky, for the key "
-            "catalogue of a scene's table [stars]. Of several catalogues the first that has a star is taken: "
-            "stars of a later one within 2 arc seconds and 1.5 mag of an earlier star are left out. Layouts: "
-            "csv (heading ra_deg,dec_deg,v_mag,b_v,spectral_type, or an extract of Gaia's archive with ra, "
-            "dec, pmra, pmdec, parallax, phot_g_mean_mag, bp_rp), hipparcos (hip_main.dat), tycho2 "
-            "(catalog.dat), kstars (stars.dat), kstars-binary (namedstars.dat, unnamedstars.dat, "
-            "deepstars.dat), map (a count, then x y z e0 e1 e2 e3 in W/m2), astrometry-index (index files of "
-            "astrometry.net made from Tycho-2: positions and VT). Text may be compressed by gzip. Positions "
-            "are brought to J2000.0 and magnitudes to Johnson's V and B-V. A row without position or "
-            "magnitude, or with a number that is not possible, is reported and left out.";
+            "Reads catalogues of stars and writes one compact file, sorted by parts of the sky, for the key catalogue of a scene's table [stars]. "
+            "Of several catalogues the first that has a star is taken: stars of a later one within 2 arc seconds and 1.5 mag of an earlier star are left out. "
+            "Layouts: csv (heading ra_deg,dec_deg,v_mag,b_v,spectral_type, or an extract of Gaia's archive with ra, dec, pmra, pmdec, parallax, phot_g_mean_mag, bp_rp), hipparcos (hip_main.dat), tycho2 (catalog.dat), kstars (stars.dat), kstars-binary (namedstars.dat, unnamedstars.dat, deepstars.dat), map (a count, then x y z e0 e1 e2 e3 in W/m2), astrometry-index (index files of astrometry.net made from Tycho-2: positions and VT). "
+            "Text may be compressed by gzip. "
+            "Positions are brought to J2000.0 and magnitudes to Johnson's V and B-V. "
+            "A row without position or magnitude, or with a number that is not possible, is reported and left out.";
         line.positional("FILE", &files_, "Catalogues to read, the best first");
         line.option("-o,--output", &output_, "FILE", "Star catalogue file to write").required = true;
         const std::vector<std::string_view> formats = names_of_enum<StarFormat>();

@@ -18,9 +18,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "lists every key of configurations, scene and sensor files";
         line.description =
-            "Prints each table with its keys: default, type, unit, range or choices, and meaning. Without "
-            "TABLE all tables are listed; TABLE is a table's path such as gige or gige.faults, or the name "
-            "of a shape or material. The same text is in docs/reference.";
+            "Prints each table with its keys: default, type, unit, range or choices, and meaning. "
+            "Without TABLE all tables are listed; "
+            "TABLE is a table's path such as gige or gige.faults, or the name of a shape or material. "
+            "The same text is in docs/reference.";
         line.positional("TABLE", &table_, "Table, or kind of shape or material").required = false;
         line.option("--of", &of_, "FILE", "Only the tables of one kind of file").choices = {
             "configuration", "scene", "sensor"};

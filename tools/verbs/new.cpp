@@ -64,13 +64,12 @@ NewFile camera_file(const std::string& name, const std::string& scene) {
 /// An ellipsoid before Orion's belt, at a phase angle of 60 degrees; for 5 ms at f/16.
 NewFile scene_file(const std::string& name) {
     NewFile file;
-    file.introduction =
-        fmt::format("A scene. Keys behind # have the values shown there; remove the # to change one.\n"
-                    "  obscura check {0}               is it sound?\n"
-                    "  obscura render {0} -o scene.png    what the camera sees\n"
-                    "Other shapes and materials have keys of their own: obscura keys mesh, obscura keys "
-                    "hapke.",
-                    name);
+    file.introduction = fmt::format(
+        "A scene. Keys behind # have the values shown there; remove the # to change one.\n"
+        "  obscura check {0}               is it sound?\n"
+        "  obscura render {0} -o scene.png    what the camera sees\n"
+        "Other shapes and materials have keys of their own: obscura keys mesh, obscura keys hapke.",
+        name);
     file.set = {
         {"", "name", "\"new\""},
         {"[sun]", "direction", "[-0.913, -0.408, 0]"},
@@ -120,10 +119,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "writes a commented configuration or scene file to begin with";
         line.description =
-            "Writes a file with every table and key, its meaning, unit and range in comments: sensible "
-            "values for what matters first, all else commented out with its default. The file is complete: "
-            "obscura check accepts it. A new camera sees scene.toml of the same folder if there is one, "
-            "otherwise a shipped scene. An existing file is kept unless --force is given.";
+            "Writes a file with every table and key, its meaning, unit and range in comments: sensible values for what matters first, all else commented out with its default. "
+            "The file is complete: obscura check accepts it. "
+            "A new camera sees scene.toml of the same folder if there is one, otherwise a shipped scene. "
+            "An existing file is kept unless --force is given.";
         line.positional("KIND", &kind_, "What to write").choices = {"camera", "scene"};
         line.positional("FILE", &file_, "File to write (default: camera.toml or scene.toml)").required =
             false;

@@ -77,9 +77,8 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "takes control of a running daemon's cameras away from their clients";
         line.description =
-            "Frees a GigE Vision camera of this machine that a client holds: the client's acquisition ends, "
-            "GevHeartbeatTimeout goes back to gige.heartbeat_timeout_ms, and the next client may take "
-            "control. Sends SIGUSR2 to obscurad, which its user and root may do.";
+            "Frees a GigE Vision camera of this machine that a client holds: the client's acquisition ends, GevHeartbeatTimeout goes back to gige.heartbeat_timeout_ms, and the next client may take control. "
+            "Sends SIGUSR2 to obscurad, which its user and root may do.";
         line.number("--pid", &pid_, "PID", "Process id of the daemon, where several run", 1, 4'194'304);
         line.examples = {"obscura release", "obscura release --pid 4711",
                          "sudo systemctl kill --signal=SIGUSR2 obscurad"};

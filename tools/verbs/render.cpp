@@ -36,15 +36,13 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "renders a scene to irradiance per pixel";
         line.description =
-            "Renders the camera of a scene file at one instant, or a sequence of frames. EXR and FITS files "
-            "hold the irradiance of every pixel at the entrance pupil in W/m2, one channel or plane per "
-            "spectral band, exactly 0 where no light arrives. A PNG is an 8-bit picture of the first band "
-            "with stretched contrast, not for measurement, or with --layer one AOV in false colour with a "
-            "colour bar. The same scene, settings and seed give the same bytes on any number of threads "
-            "(with --time-budget only if the number of passes is the same too). The file name of a sequence "
-            "needs a frame number such as %04d; --resume continues an interrupted sequence. What is odd "
-            "about the scene (nothing in the field, the camera inside a body, ...) is a warning on standard "
-            "error, before anything is rendered; obscura check says more.";
+            "Renders the camera of a scene file at one instant, or a sequence of frames. "
+            "EXR and FITS files hold the irradiance of every pixel at the entrance pupil in W/m2, one channel or plane per spectral band, exactly 0 where no light arrives. "
+            "A PNG is an 8-bit picture of the first band with stretched contrast, not for measurement, or with --layer one AOV in false colour with a colour bar. "
+            "The same scene, settings and seed give the same bytes on any number of threads (with --time-budget only if the number of passes is the same too). "
+            "The file name of a sequence needs a frame number such as %04d; --resume continues an interrupted sequence. "
+            "What is odd about the scene (nothing in the field, the camera inside a body, ...) is a warning on standard error, before anything is rendered; "
+            "obscura check says more.";
         line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
         line.option("-o,--output", &output_, "FILE",
                     "Image to write; the name's ending selects the format: .exr, .fits or .png")
@@ -53,19 +51,19 @@ public:
         line.number("--threads", &options_.settings.threads, "N", "Render threads; 0: one per core", 0, 1024);
         line.number("--frames", &frames_, "N", "Number of frames of a sequence", 1, 1e6);
         line.flag("--resume", resume_, "Skip frames whose file exists already");
-        line.number("--time-budget", &budget_s_, "S",
-                    "Render each frame repeatedly for about this many seconds and average the passes (0: one "
-                    "pass)",
-                    0, 1e6);
+        line.number(
+            "--time-budget", &budget_s_, "S",
+            "Render each frame repeatedly for about this many seconds and average the passes (0: one pass)",
+            0, 1e6);
         stretch_options_.declare(line, "With PNG: contrast of the picture");
-        line.option("--layer", &layer_, "LAYER",
-                    "With PNG: show this layer in false colour, with a colour bar and its unit or a legend, "
-                    "instead of the irradiance; \"error\" is the estimated relative standard error")
+        line.option(
+                "--layer", &layer_, "LAYER",
+                "With PNG: show this layer in false colour, with a colour bar and its unit or a legend, instead of the irradiance; "
+                "\"error\" is the estimated relative standard error")
             .choices = layer_choices();
         line.option(
             "--intrinsics", &intrinsics_file_, "FILE",
-            "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
-            "OpenCV's FileStorage reads");
+            "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that OpenCV's FileStorage reads");
         truth_table_.declare(line);
         line.flag(
             "--strict", strict_,
@@ -183,8 +181,7 @@ private:
                 "obscura render: --layers with --output {}: the name must end in .exr or .fits", output_));
         if (!layer_.empty() && format != Format::png)
             throw host::UsageError(fmt::format(
-                "obscura render: --layer with --output {}: the name must end in .png (--layers writes all "
-                "layers to EXR and FITS)",
+                "obscura render: --layer with --output {}: the name must end in .png (--layers writes all layers to EXR and FITS)",
                 output_));
         if (options_.trajectory && frames_ != 1)
             throw host::UsageError("obscura render: --trajectory and --frames exclude each other");

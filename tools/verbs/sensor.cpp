@@ -72,8 +72,8 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
         const auto fields = split(part, ',');
         if (fields.size() != 5 && fields.size() != 7)
             throw host::UsageError(
-                fmt::format("obscura sensor: --windows: \"{}\": X,Y,WIDTH,HEIGHT,EXPOSURE_US and optionally "
-                            "SAMPLING,READS are wanted",
+                fmt::format("obscura sensor: --windows: \"{}\": "
+                            "X,Y,WIDTH,HEIGHT,EXPOSURE_US and optionally SAMPLING,READS are wanted",
                             part));
         const auto pixels = [&](std::size_t i) {
             return static_cast<std::int32_t>(std::clamp(number(fields[i], part), -1e9, 1e9));
@@ -91,10 +91,9 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
             else if (fields[5] == "ramp")
                 w.sampling = Sampling::ramp;
             else
-                throw host::UsageError(
-                    fmt::format("obscura sensor: --windows: \"{}\": destructive, non-destructive, cds or "
-                                "ramp are allowed",
-                                fields[5]));
+                throw host::UsageError(fmt::format(
+                    "obscura sensor: --windows: \"{}\": destructive, non-destructive, cds or ramp are allowed",
+                    fields[5]));
             w.reads = pixels(6);
         }
         windows.push_back(w);
@@ -107,12 +106,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "shows sensor parameters and readout timing: row reset and read times";
         line.description =
-            "The action list prints the shipped sensors. show prints every parameter of a sensor with its "
-            "provenance and source. plan prints the readout of a frame: for each window the reset and read "
-            "times of its first and last row and the exposure obtained; as text, as JSON, or as a picture of "
-            "rows against time. maps writes the sensor's fixed-pattern maps (response, dark current, "
-            "offset), which depend on its serial number, as FITS files. NAME is a shipped sensor or the path "
-            "of a sensor file.";
+            "The action list prints the shipped sensors. show prints every parameter of a sensor with its provenance and source. plan prints the readout of a frame: for each window the reset and read times of its first and last row and the exposure obtained; "
+            "as text, as JSON, or as a picture of rows against time. maps writes the sensor's fixed-pattern maps (response, dark current, offset), which depend on its serial number, as FITS files. "
+            "NAME is a shipped sensor or the path of a sensor file.";
         host::Option& action = line.positional("ACTION", &action_, "What to print or write");
         action.choices = {"list", "show", "plan", "maps"};
         host::Option& name = line.positional(
@@ -122,9 +118,8 @@ public:
                     "With plan: exposure time of the full array in microseconds");
         line.option(
             "--windows", &windows_, "LIST",
-            "With plan: read windows instead of the full array, each "
-            "X,Y,WIDTH,HEIGHT,EXPOSURE_US[,SAMPLING,READS], separated by ';'; SAMPLING is destructive, "
-            "non-destructive, cds or ramp");
+            "With plan: read windows instead of the full array, each X,Y,WIDTH,HEIGHT,EXPOSURE_US[,SAMPLING,READS], separated by ';'; "
+            "SAMPLING is destructive, non-destructive, cds or ramp");
         line.option("--svg", &svg_, "FILE", "With plan: also write the picture of rows against time as SVG");
         line.option("-o,--output", &output_, "DIR", "With maps: folder for the FITS files, which must exist");
         line.flag("--json", json_, "With list, show and plan: print JSON");

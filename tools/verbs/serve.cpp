@@ -37,48 +37,45 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "renders scenes for programs that connect to it";
         line.description =
-            "A server for programs: each client has a scene of its own, which it loads, or builds key by key "
-            "with the keys of scene files, and gets its pictures as arrays of W/m2 per pixel, or of the "
-            "digital numbers of a sensor, with depth, normals and poses if it wants them. The same scene and "
-            "settings give the same bytes as obscura render. The Python client obscura_client starts such a "
-            "server by itself, or connects to one; docs/clients.md describes it, the calls and the protocol. "
-            "Only this machine can connect over TCP (a tunnel of ssh serves others), unless --token-file "
-            "names what clients must have. The files that they may name are those below --root and the "
-            "shipped ones. Each address is printed once the server listens there. It ends on SIGTERM or "
-            "SIGINT.";
+            "A server for programs: each client has a scene of its own, which it loads, or builds key by key with the keys of scene files, and gets its pictures as arrays of W/m2 per pixel, or of the digital numbers of a sensor, with depth, normals and poses if it wants them. "
+            "The same scene and settings give the same bytes as obscura render. "
+            "The Python client obscura_client starts such a server by itself, or connects to one; "
+            "docs/clients.md describes it, the calls and the protocol. "
+            "Only this machine can connect over TCP (a tunnel of ssh serves others), unless --token-file names what clients must have. "
+            "The files that they may name are those below --root and the shipped ones. "
+            "Each address is printed once the server listens there. It ends on SIGTERM or SIGINT.";
         line.option(
             "--listen", &address_, "ADDRESS:PORT",
             "Listen at this address, without tokens one of the loopback interface; port 0: any free one; "
             "\"none\": not over TCP");
         line.option("--unix", &socket_, "PATH",
                     "Listen at this Unix socket too, which the user and group of the server may use");
-        line.option("--compatible", &compatible_, "ADDRESS:PORT",
-                    "Serve the published client (version 8) of another program too, at this address of the "
-                    "loopback interface, such as 127.0.0.1:5151 (docs/published-client.md); \"none\": not");
-        line.option("--root", &root_, "DIR",
-                    "Folder that the file names of clients start from and stay below (default: the working "
-                    "directory)");
+        line.option(
+            "--compatible", &compatible_, "ADDRESS:PORT",
+            "Serve the published client (version 8) of another program too, at this address of the loopback interface, such as 127.0.0.1:5151 (docs/published-client.md); "
+            "\"none\": not");
+        line.option(
+            "--root", &root_, "DIR",
+            "Folder that the file names of clients start from and stay below (default: the working directory)");
         line.option(
             "--output", &output_, "DIR",
-            "Folder below which clients of --compatible may write pictures and files; without it they can "
-            "write nothing");
+            "Folder below which clients of --compatible may write pictures and files; without it they can write nothing");
         line.option(
             "--token-file", &token_files_, "[PERMISSION:]FILE",
-            "Clients over TCP need this token, which permits view, operate, scene (if none is named) or "
-            "admin; may be given several times");
+            "Clients over TCP need this token, which permits view, operate, scene (if none is named) or admin; "
+            "may be given several times");
         line.option(
             "--make-token", &new_token_, "FILE",
             "Only write a new token of 32 random bytes, for both sides, to a file that does not exist");
-        line.option("--resources", &resources_, "FILE",
-                    "TOML table of files that stand for names which clients of --compatible ask for "
-                    "(docs/published-client.md)");
+        line.option(
+            "--resources", &resources_, "FILE",
+            "TOML table of files that stand for names which clients of --compatible ask for (docs/published-client.md)");
         line.number("--threads", &picture_.threads, "N", "Render threads of each client; 0: one per core", 0,
                     1024);
         line.number("--clients", &clients_, "N", "Clients at a time; further ones are refused", 1, 1000);
         line.number(
             "--memory", &memory_mib_, "MIB",
-            "Memory in MiB that the pictures of all clients, what they share, and the long messages of "
-            "--compatible may take",
+            "Memory in MiB that the pictures of all clients, what they share, and the long messages of --compatible may take",
             1, 1e9);
         line.flag("--with-input", with_input_,
                   "End when standard input ends, as for a program that started it");

@@ -35,17 +35,17 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "lists what is in the camera's field: stars with names, bodies; draws a chart";
         line.description =
-            "Prints the stars, sky objects, bodies and landmarks that a scene's camera has in its field at "
-            "an instant: name, number in the scene, V magnitude, right ascension and declination (J2000), "
-            "pixel, and whether a body hides it. Pixels are true positions with distortion, light time and "
-            "aberration; the centre of the upper left pixel is (0, 0). With --output also a chart with names "
-            "and a coordinate grid, as SVG or PNG by the name's ending: the field as the camera sees it, "
-            "bodies with limb and terminator. Nothing is rendered. The same positions for frames with "
-            "exposure and readout: --truth-table of obscura render and obscura capture (docs/truth.md).";
+            "Prints the stars, sky objects, bodies and landmarks that a scene's camera has in its field at an instant: name, number in the scene, V magnitude, right ascension and declination (J2000), pixel, and whether a body hides it. "
+            "Pixels are true positions with distortion, light time and aberration; "
+            "the centre of the upper left pixel is (0, 0). "
+            "With --output also a chart with names and a coordinate grid, as SVG or PNG by the name's ending: the field as the camera sees it, bodies with limb and terminator. "
+            "Nothing is rendered. "
+            "The same positions for frames with exposure and readout: --truth-table of obscura render and obscura capture (docs/truth.md).";
         line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
-        line.option("-t,--time", &time_, "T",
-                    "Scene time in seconds; or, of a scene with an epoch, an instant such as "
-                    "2026-03-01T12:00:00Z in any form that obscura time reads");
+        line.option(
+            "-t,--time", &time_, "T",
+            "Scene time in seconds; "
+            "or, of a scene with an epoch, an instant such as 2026-03-01T12:00:00Z in any form that obscura time reads");
         line.number("--faintest", &faintest_, "V", "Leave out stars that are fainter than this V magnitude",
                     -30, 99);
         line.option("-o,--output", &output_, "FILE", "Chart to write: .svg or .png");
@@ -103,10 +103,9 @@ private:
             return seconds;
         }
         if (!scene.epoch)
-            throw host::UsageError(
-                fmt::format("obscura sky: --time {}: allowed is a number of seconds; the scene has no epoch, "
-                            "which instants need",
-                            time_));
+            throw host::UsageError(fmt::format(
+                "obscura sky: --time {}: allowed is a number of seconds; the scene has no epoch, which instants need",
+                time_));
         const ephemeris::Epoch instant = ephemeris::read_time(time_, ephemeris::system_leap_seconds());
         return static_cast<double>(instant.tai_ns - scene.epoch->tai_ns) / 1e9;
     }

@@ -33,13 +33,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "finds USB displays, shows test patterns, calibrates screen and camera";
         line.description =
-            "The action list prints the connected USB displays that speak GUD (Generic USB Display). "
-            "patterns writes the test patterns of a calibration as PNG. show displays them one after the "
-            "other, or a single one with --pattern. calibrate reads the camera's image of each pattern, "
-            "NAME.png or NAME.fits with the pattern's name, and writes the table for the key "
-            "stimulator.calibration. An additional image named dark, taken with the screen off, separates "
-            "the black level of the screen from that of the camera. All images must be linear in light and "
-            "taken with the same exposure, without saturation.";
+            "The action list prints the connected USB displays that speak GUD (Generic USB Display). patterns writes the test patterns of a calibration as PNG. show displays them one after the other, or a single one with --pattern. calibrate reads the camera's image of each pattern, NAME.png or NAME.fits with the pattern's name, and writes the table for the key stimulator.calibration. "
+            "An additional image named dark, taken with the screen off, separates the black level of the screen from that of the camera. "
+            "All images must be linear in light and taken with the same exposure, without saturation.";
         line.positional("ACTION", &action_, "What to do").choices = {"list", "patterns", "show", "calibrate"};
         line.option("--size", &size_, "WxH",
                     "With patterns and calibrate: width and height of the screen in pixels");
@@ -141,10 +137,9 @@ private:
                 std::this_thread::sleep_for(std::chrono::milliseconds(20));
         }
         if (!any && !host::interrupted())
-            throw host::UsageError(
-                fmt::format("obscura stimulator: there is no pattern \"{}\" (obscura stimulator patterns "
-                            "writes them all)",
-                            pattern_.substr(0, 60)));
+            throw host::UsageError(fmt::format(
+                "obscura stimulator: there is no pattern \"{}\" (obscura stimulator patterns writes them all)",
+                pattern_.substr(0, 60)));
         return exit_ok;
     }
 

@@ -37,8 +37,7 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints what a giant texture holds";
         line.description =
-            "Prints the header of a giant texture (.obt): what its samples are, where they lie on the body, "
-            "their range, the size of each level, the licence.";
+            "Prints the header of a giant texture (.obt): what its samples are, where they lie on the body, their range, the size of each level, the licence.";
         line.positional("FILE", &file_, "Giant texture");
         line.flag("--json", json_, "Print one JSON object");
         line.examples = {"obscura texture info moon.obt", "obscura texture info moon.obt --json"};
@@ -120,9 +119,8 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints the value of a giant texture at a place";
         line.description =
-            "Prints the sample of a giant texture (.obt) that is nearest to a place, its column and row, and "
-            "the value interpolated linearly between the four samples about the place. LAT and LON are the "
-            "planetocentric latitude and the longitude in degrees, east positive.";
+            "Prints the sample of a giant texture (.obt) that is nearest to a place, its column and row, and the value interpolated linearly between the four samples about the place. "
+            "LAT and LON are the planetocentric latitude and the longitude in degrees, east positive.";
         line.positional("FILE", &file_, "Giant texture");
         line.positional("LAT", &first_, "Latitude, degrees; with --map: y; with --pixel: row");
         line.positional("LON", &second_, "Longitude, degrees; with --map: x; with --pixel: column");
@@ -152,10 +150,9 @@ public:
         const auto column = inside(std::llround(place.x), texture.width(level_), period);
         const auto row = inside(std::llround(place.y), texture.height(level_), 0);
         if (!column || !row)
-            throw InputError(fmt::format("{}: column {:.1f}, row {:.1f} of level {}: outside of its {} x {} "
-                                         "samples",
-                                         file_, place.x, place.y, level_, texture.width(level_),
-                                         texture.height(level_)));
+            throw InputError(
+                fmt::format("{}: column {:.1f}, row {:.1f} of level {}: outside of its {} x {} samples",
+                            file_, place.x, place.y, level_, texture.width(level_), texture.height(level_)));
         Report report;
         report.add("column", "column", *column);
         report.add("row", "row", *row);
@@ -199,10 +196,9 @@ private:
                       (dy * t[1] - dx * t[4]) / determinant - offset};
         } else {
             if (!(std::abs(first_) <= 90) || !(std::abs(second_) <= 360))
-                throw host::UsageError(
-                    fmt::format("obscura texture sample: latitude {} and longitude {}: allowed are -90 to 90 "
-                                "and -360 to 360 degrees",
-                                first_, second_));
+                throw host::UsageError(fmt::format(
+                    "obscura texture sample: latitude {} and longitude {}: allowed are -90 to 90 and -360 to 360 degrees",
+                    first_, second_));
             const double lat = first_ / degrees, lon = second_ / degrees;
             finest =
                 frame.place({std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat)});
@@ -230,9 +226,8 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "reads a giant texture once and compares its checksums";
         line.description =
-            "Reads all of a giant texture (.obt) and its shards and compares the checksums of header, "
-            "directory and tiles, and the ranges of tiles with their samples. Prints what is damaged; the "
-            "exit status is 1 then.";
+            "Reads all of a giant texture (.obt) and its shards and compares the checksums of header, directory and tiles, and the ranges of tiles with their samples. "
+            "Prints what is damaged; the exit status is 1 then.";
         line.positional("FILE", &file_, "Giant texture");
         line.flag("--json", json_, "Print one JSON object");
         line.examples = {"obscura texture check moon.obt"};
@@ -277,9 +272,8 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "writes a level of a giant texture as GeoTIFF";
         line.description =
-            "Writes one level of a giant texture (.obt) with its projection as an uncompressed GeoTIFF file "
-            "(BigTIFF above 2 GB), for other programs. Whole numbers that are their own values stay u8, i16 "
-            "or u16; all others become 32-bit reals.";
+            "Writes one level of a giant texture (.obt) with its projection as an uncompressed GeoTIFF file (BigTIFF above 2 GB), for other programs. "
+            "Whole numbers that are their own values stay u8, i16 or u16; all others become 32-bit reals.";
         line.positional("FILE", &file_, "Giant texture");
         line.option("-o,--output", &output_, "TIFF", "File to write").required = true;
         line.number("--level", &level_, "N", "Level: 0 is the finest, each further one has half the samples",

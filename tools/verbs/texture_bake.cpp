@@ -31,11 +31,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "writes the heights of a scene's terrain as a giant texture";
         line.description =
-            "Makes the heights of a planet or terrain of a scene, all its height sources and detail "
-            "together, at the samples of a map, and writes them as a giant texture (.obt) in u16 with steps "
-            "by tile. The map is simple cylindrical, between --west, --east, --south and --north, or polar "
-            "stereographic within --within degrees of the pole; of a planar terrain, all of it. A bake that "
-            "was interrupted goes on where it stopped when it is called again.";
+            "Makes the heights of a planet or terrain of a scene, all its height sources and detail together, at the samples of a map, and writes them as a giant texture (.obt) in u16 with steps by tile. "
+            "The map is simple cylindrical, between --west, --east, --south and --north, or polar stereographic within --within degrees of the pole; "
+            "of a planar terrain, all of it. "
+            "A bake that was interrupted goes on where it stopped when it is called again.";
         line.positional("SCENE", &scene_, "Scene file");
         line.option("-o,--output", &output_, "FILE", "File to write").required = true;
         host::Option& spacing =
@@ -55,9 +54,9 @@ public:
                     "Heights are rounded to 2^N m where a tile's relief allows it", -20, 10);
         line.flag("--restart", restart_, "Begin anew, whatever an interrupted bake left");
         line.flag("--json", json_, "Print one JSON object");
-        line.examples = {"obscura texture bake moon.toml --spacing 1000 -o moon.obt",
-                         "obscura texture bake moon.toml --projection south_polar_stereographic --within 2 "
-                         "--spacing 20 -o pole.obt"};
+        line.examples = {
+            "obscura texture bake moon.toml --spacing 1000 -o moon.obt",
+            "obscura texture bake moon.toml --projection south_polar_stereographic --within 2 --spacing 20 -o pole.obt"};
     }
 
     int run() override {
@@ -155,10 +154,9 @@ private:
             return m;
         }
         if (!(east_ > west_ && east_ - west_ <= 360) || !(north_ > south_))
-            throw host::UsageError(
-                fmt::format("obscura texture bake: {} to {} E, {} to {} N: allowed are west < east, at most "
-                            "360 degrees, and south < north",
-                            west_, east_, south_, north_));
+            throw host::UsageError(fmt::format(
+                "obscura texture bake: {} to {} E, {} to {} N: allowed are west < east, at most 360 degrees, and south < north",
+                west_, east_, south_, north_));
         m.projection =
             Projection::of_sphere(ProjectionKind::simple_cylindrical, radius, 0.5 * (west_ + east_) * degree);
         m.width = samples(radius * (east_ - west_) * degree);

@@ -118,19 +118,19 @@ private:
         // GDAL counts from the outer corner of the first pixel; nodes of a level are at each 2^level-th one.
         const double corner = m.registration == Registration::node ? -0.5 * step : 0;
         const PixelTransform& t = m.transform;
-        std::string text = fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n{}  "
-                                       "<GeoTransform>{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, "
-                                       "{:.17g}</GeoTransform>\n",
-                                       texture_.width(level), texture_.height(level), system_of(m.projection),
-                                       t[0] + corner * (t[1] + t[2]), step * t[1], step * t[2],
-                                       t[3] + corner * (t[4] + t[5]), step * t[4], step * t[5]);
+        std::string text = fmt::format(
+            "<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n"
+            "{}  <GeoTransform>{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}</GeoTransform>\n",
+            texture_.width(level), texture_.height(level), system_of(m.projection),
+            t[0] + corner * (t[1] + t[2]), step * t[1], step * t[2], t[3] + corner * (t[4] + t[5]),
+            step * t[4], step * t[5]);
         for (std::uint32_t plane = 0; plane < m.planes; ++plane)
             text += fmt::format(
                 "  <VRTRasterBand dataType=\"Float32\" band=\"{}\" subClass=\"VRTRawRasterBand\">\n"
                 "    <NoDataValue>nan</NoDataValue>\n"
                 "    <SourceFilename relativeToVRT=\"1\">level{}.f32</SourceFilename>\n"
-                "    <ImageOffset>{}</ImageOffset><PixelOffset>4</PixelOffset><LineOffset>{}</LineOffset>"
-                "<ByteOrder>LSB</ByteOrder>\n  </VRTRasterBand>\n",
+                "    <ImageOffset>{}</ImageOffset><PixelOffset>4</PixelOffset><LineOffset>{}</LineOffset><ByteOrder>LSB</ByteOrder>\n"
+                "  </VRTRasterBand>\n",
                 plane + 1, level, 4 * count(level) * plane, 4 * texture_.width(level));
         return text + "</VRTDataset>\n";
     }
@@ -202,10 +202,9 @@ void serve(MountedTexture& texture, const std::string& folder) {
     if (system == nullptr) throw HardwareError("obscura texture mount: libfuse3 refuses to start");
     const std::unique_ptr<fuse, void (*)(fuse*)> owner(system, fuse_destroy);
     if (fuse_mount(system, folder.c_str()) != 0)
-        throw HardwareError(
-            fmt::format("{}: cannot be mounted: needs /dev/fuse, the right to mount or the package fuse3 "
-                        "(fusermount3), and an empty folder of one's own",
-                        folder));
+        throw HardwareError(fmt::format(
+            "{}: cannot be mounted: needs /dev/fuse, the right to mount or the package fuse3 (fusermount3), and an empty folder of one's own",
+            folder));
     fuse_session* const session = fuse_get_session(system);
     // libfuse leaves handlers alone that are there already.
     std::signal(SIGINT, SIG_DFL);
@@ -224,12 +223,11 @@ class TextureMount final : public Verb {
 public:
     void declare(host::CommandLine& line) override {
         line.summary = "shows the levels of a giant texture as files for other programs";
-        line.description = "Mounts a giant texture (.obt) as a read-only folder: for each level levelN.f32, "
-                           "its values as 32-bit reals, little endian, row by row and plane after plane "
-                           "(missing samples are NaN), and levelN.vrt, which GDAL, QGIS and programs on them "
-                           "open as a map with its projection. Nothing is written to disk; tiles are read as "
-                           "they are asked for. Runs until the folder is unmounted or Ctrl-C. Slower than "
-                           "reading the texture itself; `obscura texture export` writes a level as GeoTIFF.";
+        line.description =
+            "Mounts a giant texture (.obt) as a read-only folder: for each level levelN.f32, its values as 32-bit reals, little endian, row by row and plane after plane (missing samples are NaN), and levelN.vrt, which GDAL, QGIS and programs on them open as a map with its projection. "
+            "Nothing is written to disk; tiles are read as they are asked for. "
+            "Runs until the folder is unmounted or Ctrl-C. Slower than reading the texture itself; "
+            "`obscura texture export` writes a level as GeoTIFF.";
         line.positional("FILE", &file_, "Giant texture");
         line.positional("FOLDER", &folder_, "Empty folder");
         line.examples = {"obscura texture mount moon.obt /mnt/moon"};

@@ -43,19 +43,17 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints an instant in UTC, TAI, TT, TDB and GPS time, as date, Julian date and count";
         line.description =
-            "Reads a time in any of these forms: 2007-02-28T12:00:00Z, 2007-059T12:00:00 (day of the year), "
-            "\"2007 FEB 28 12:00:00.5 TDB\" and other SPICE-like orders, \"JD 2454160.0 TDB\", \"MJD "
-            "54159.5\", \"ET 225936065.185\" (seconds of TDB since J2000, the time of SPICE kernels), \"PTP "
-            "1172664033\" (seconds of TAI since 1970, the time of a PTP clock), \"GPS 1416 302414\" (week "
-            "and second), now. Without a scale (UTC, TAI, TT, TDB, GPS) it is UTC. Scene files take the same "
-            "texts as `epoch`. TT and TDB are computed with ERFA, to the nanosecond; TDB is that of the "
-            "geocentre. Leap seconds are those of the system's time zone data, which expire every half year; "
+            "Reads a time in any of these forms: 2007-02-28T12:00:00Z, 2007-059T12:00:00 (day of the year), \"2007 FEB 28 12:00:00.5 TDB\" and other SPICE-like orders, \"JD 2454160.0 TDB\", \"MJD 54159.5\", \"ET 225936065.185\" (seconds of TDB since J2000, the time of SPICE kernels), \"PTP 1172664033\" (seconds of TAI since 1970, the time of a PTP clock), \"GPS 1416 302414\" (week and second), now. "
+            "Without a scale (UTC, TAI, TT, TDB, GPS) it is UTC. "
+            "Scene files take the same texts as `epoch`. "
+            "TT and TDB are computed with ERFA, to the nanosecond; TDB is that of the geocentre. "
+            "Leap seconds are those of the system's time zone data, which expire every half year; "
             "after that the next ones are unknown, and the printed line says so.";
         line.positional("TIME", &text_, "The instant (default: now)").required = false;
         line.option("--to", &scale_, "SCALE", "Print the time of this scale only: UTC, TAI, TT, TDB or GPS");
-        line.option("--format", &form_, "FORM",
-                    "With --to: iso (2007-02-28T12:00:00Z), doy (2007-059T12:00:00Z), spice (2007 FEB 28 "
-                    "12:00:00 UTC), jd, mjd, count (PTP, ET or GPS seconds)")
+        line.option(
+                "--format", &form_, "FORM",
+                "With --to: iso (2007-02-28T12:00:00Z), doy (2007-059T12:00:00Z), spice (2007 FEB 28 12:00:00 UTC), jd, mjd, count (PTP, ET or GPS seconds)")
             .choices = names(names_of_enum<TimeForm>());
         line.number("--decimals", &decimals_, "N", "Decimals of a second; Julian dates have five more", 0, 9);
         line.option("--leap-seconds", &leap_second_file_, "FILE",

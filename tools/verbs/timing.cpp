@@ -17,16 +17,12 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "evaluates the latencies of a run, or the release jitter of this machine";
         line.description =
-            "Reads the time stamps that `obscurad --timing FILE` wrote and prints the latency of each stage, "
-            "from the trigger edge to the last byte of every transport, and the lateness of each row: "
-            "quantiles, histograms, and the ten worst frames with the stage that delayed them. For the late "
-            "frames it says where the time went (scene at motion instants, samples, wings, detector, other "
-            "programs, ...), which setting decides that, and what a frame would take with another value. "
-            "Frames that were rendered below full quality (deadline.quality) are counted by reason, and with "
-            "--degraded listed one by one. Each acquisition has tables of its own. The output is text, CSV, "
-            "or a picture of the distributions (SVG). With --self-test no file is read: the daemon's row "
-            "release thread releases rows at 10 and 100 Hz, with and without polling, and their lateness is "
-            "printed.";
+            "Reads the time stamps that `obscurad --timing FILE` wrote and prints the latency of each stage, from the trigger edge to the last byte of every transport, and the lateness of each row: quantiles, histograms, and the ten worst frames with the stage that delayed them. "
+            "For the late frames it says where the time went (scene at motion instants, samples, wings, detector, other programs, ...), which setting decides that, and what a frame would take with another value. "
+            "Frames that were rendered below full quality (deadline.quality) are counted by reason, and with --degraded listed one by one. "
+            "Each acquisition has tables of its own. "
+            "The output is text, CSV, or a picture of the distributions (SVG). "
+            "With --self-test no file is read: the daemon's row release thread releases rows at 10 and 100 Hz, with and without polling, and their lateness is printed.";
         line.positional("FILE", &file_, "Timing file that obscurad --timing wrote").required = false;
         line.option("--format", &format_, "FORMAT", "Output format").choices = {"text", "csv", "svg"};
         line.option("-o,--output", &output_, "FILE", "Write to FILE instead of standard output");

@@ -80,13 +80,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints the ground truth of a frame: its header, and where things are in its pixels";
         line.description =
-            "Prints what the file of a frame says of the truth: ids, times, poses of camera and bodies, the "
-            "Sun. If there is a truth table for it (obscura capture --truth-table, obscura render "
-            "--truth-table), also where every star, body, landmark, limb, terminator, crater and boulder is "
-            "in its pixels, with expected electrons and visibility: the lines of the frame's number. The "
-            "table is that of --table, or truth.csv or truth.fits in the frame's folder (run2_truth.csv of "
-            "run2_frame_000001.png). FRAME may be a truth table itself. Columns, units and conventions: "
-            "docs/truth.md.";
+            "Prints what the file of a frame says of the truth: ids, times, poses of camera and bodies, the Sun. "
+            "If there is a truth table for it (obscura capture --truth-table, obscura render --truth-table), also where every star, body, landmark, limb, terminator, crater and boulder is in its pixels, with expected electrons and visibility: the lines of the frame's number. "
+            "The table is that of --table, or truth.csv or truth.fits in the frame's folder (run2_truth.csv of run2_frame_000001.png). "
+            "FRAME may be a truth table itself. Columns, units and conventions: docs/truth.md.";
         line.positional("FRAME", &frame_file_,
                         "Frame (FITS, OpenEXR, PNG, raw with its .toml), or a truth table (.csv, .fits)");
         line.option("-t,--table", &table_file_, "FILE", "Truth table that has the frame: .csv or .fits");

@@ -32,11 +32,11 @@ config::Section section_of(FileSinkSettings& s) {
                     .range(1, 256)
                     .help("Frames that may wait for the disk; further ones are dropped and counted"),
                 key("truth", &s.truth)
-                    .help("Also write the ground truth of each frame as truth_NNNNNN.fits: electrons before "
-                          "noise, saturated pixels, row times, particle hits"),
+                    .help(
+                        "Also write the ground truth of each frame as truth_NNNNNN.fits: electrons before noise, saturated pixels, row times, particle hits"),
                 key("truth_table", &s.truth_table)
-                    .help("Also write where every star, body, landmark, limb and terminator is in the pixels "
-                          "of each frame into truth.csv beside the frames (docs/truth.md)"),
+                    .help(
+                        "Also write where every star, body, landmark, limb and terminator is in the pixels of each frame into truth.csv beside the frames (docs/truth.md)"),
             },
         .check =
             [&s](const config::ReadTable& table) {

@@ -44,9 +44,9 @@ void check_interface(const config::ReadTable& table, const GigeSettings& s) {
              std::any_of(text.begin(), text.end(), [](char c) { return c <= 0x20 || c == 0x7f || c == '/'; }))
         table.refuse(
             "interface",
-            fmt::format("\"{}\" is no name of a network interface: allowed are at most {} characters "
-                        "without blanks and slashes",
-                        config::printable(text), IFNAMSIZ - 1));
+            fmt::format(
+                "\"{}\" is no name of a network interface: allowed are at most {} characters without blanks and slashes",
+                config::printable(text), IFNAMSIZ - 1));
 }
 
 void check(const GigeSettings& s, const config::ReadTable& table) {
@@ -116,12 +116,11 @@ config::Section section_of(FaultRule& r) {
                     .unit("%")
                     .range(0, 100)
                     .help(
-                        "Share of the packets, frames or commands selected by the other keys that the fault "
-                        "strikes"),
+                        "Share of the packets, frames or commands selected by the other keys that the fault strikes"),
                 key("first", &r.first_frame)
                     .range(1, 9e15)
-                    .help("First frame, counted since the client opened its stream; for mute_control and "
-                          "heartbeat_loss first command, counted since the start"),
+                    .help("First frame, counted since the client opened its stream; "
+                          "for mute_control and heartbeat_loss first command, counted since the start"),
                 key("last", &r.last_frame).range(0, 9e15).help("Last frame or command; 0: no end"),
                 key("every", &r.every_frames)
                     .range(1, 9e15)
@@ -131,8 +130,9 @@ config::Section section_of(FaultRule& r) {
                     .help("Number of neighbouring packets that are struck together"),
                 key("amount", &r.amount)
                     .range(-1e9, 1e9)
-                    .help("delay, wrong_timestamp: by how many microseconds; wrong_block_id: by how much too "
-                          "high; other kinds: no meaning"),
+                    .help(
+                        "delay, wrong_timestamp: by how many microseconds; wrong_block_id: by how much too high; "
+                        "other kinds: no meaning"),
                 key("seed", &r.seed)
                     .range(0, 9e15)
                     .help("Seed of the random choice by percent; 0: the daemon's seed"),
@@ -159,13 +159,14 @@ config::Section section_of(GigeSettings& s) {
                 key("serial", &s.serial).help("DeviceSerialNumber, at most 15 characters"),
                 key("user_name", &s.user_name).help("DeviceUserID, at most 15 characters"),
                 key("mac", &s.mac)
-                    .help("Hardware address to show, like \"02:4f:00:00:00:01\"; empty: the interface's own, "
-                          "or one made from the address where several cameras share an interface"),
+                    .help(
+                        "Hardware address to show, like \"02:4f:00:00:00:01\"; "
+                        "empty: the interface's own, or one made from the address where several cameras share an interface"),
                 key("packet_size", &s.packet_size)
                     .unit("bytes")
                     .range(576, 16260)
-                    .help("GevSCPSPacketSize after reset: IP, UDP and GVSP headers and data; not above the "
-                          "interface's MTU"),
+                    .help("GevSCPSPacketSize after reset: "
+                          "IP, UDP and GVSP headers and data; not above the interface's MTU"),
                 key("heartbeat_timeout_ms", &s.heartbeat_timeout_ms)
                     .unit("ms")
                     .range(500, 600000)
@@ -174,21 +175,21 @@ config::Section section_of(GigeSettings& s) {
                     .unit("ms")
                     .range(500, 86400000)
                     .help(
-                        "Largest GevHeartbeatTimeout that a controller may set: for as long the camera stays "
-                        "locked when the controller vanishes"),
+                        "Largest GevHeartbeatTimeout that a controller may set: for as long the camera stays locked when the controller vanishes"),
                 key("history_frames", &s.history_frames)
                     .range(1, 64)
                     .help("Number of frames kept for packet resend"),
                 key("truth_entries", &s.truth_entries)
                     .range(0, 4096)
-                    .help("Room of the chunk TruthTable in entries of 160 bytes: where bodies, landmarks, "
-                          "stars, limbs and terminators are in the pixels of each frame (docs/truth.md); "
-                          "0: none"),
+                    .help(
+                        "Room of the chunk TruthTable in entries of 160 bytes: where bodies, landmarks, stars, limbs and terminators are in the pixels of each frame (docs/truth.md); "
+                        "0: none"),
                 key("keep_alive_ms", &s.keep_alive_ms)
                     .unit("ms")
                     .range(0, 10000)
-                    .help("Time within a frame after which, if rows are late, its newest packet is sent once "
-                          "more, so that receivers do not give the frame up; 0: never"),
+                    .help(
+                        "Time within a frame after which, if rows are late, its newest packet is sent once more, so that receivers do not give the frame up; "
+                        "0: never"),
                 key("drop_percent", &s.drop_percent)
                     .unit("%")
                     .range(0, 100)
@@ -196,24 +197,22 @@ config::Section section_of(GigeSettings& s) {
                 key("throughput_limit_mbit_s", &s.throughput_limit_mbit_s)
                     .unit("Mbit/s")
                     .range(0, 100000)
-                    .help("DeviceLinkThroughputLimit after reset: the pace of the packets; 0: none, for "
-                          "receivers that keep up"),
+                    .help(
+                        "DeviceLinkThroughputLimit after reset: the pace of the packets; 0: none, for receivers that keep up"),
                 key("backend", &s.backend)
                     .help(
-                        "How packets reach the kernel: batches, one by one, super-packets (UDP segmentation "
-                        "offload), or super-packets only towards a real network card"),
+                        "How packets reach the kernel: batches, one by one, super-packets (UDP segmentation offload), or super-packets only towards a real network card"),
                 key("allow", &s.allow)
-                    .help("Hosts that may talk to the camera, like \"192.168.7.0/24, 192.168.8.4\"; empty: "
-                          "all on the link"),
+                    .help(
+                        "Hosts that may talk to the camera, like \"192.168.7.0/24, 192.168.8.4\"; empty: all on the link"),
                 key("off_link", &s.off_link).help("Also answer hosts behind a router"),
                 key("read_only", &s.read_only).help("Refuse control to all clients; they may read only"),
                 key("xml", config::Path{&s.xml, true, true})
-                    .help(
-                        "GenICam file of a real camera that replaces the built-in description; its features "
-                        "are bound by SFNC name; empty: built-in"),
+                    .help("GenICam file of a real camera that replaces the built-in description; "
+                          "its features are bound by SFNC name; empty: built-in"),
                 key("xml_values", &s.xml_values)
-                    .help("With xml: values of other features after reset, like \"HeaterSetPoint=20, "
-                          "SerialText=FM-03\""),
+                    .help(
+                        "With xml: values of other features after reset, like \"HeaterSetPoint=20, SerialText=FM-03\""),
                 key("state_file", config::Path{&s.state_file, false, true})
                     .help("File in which user sets are kept; empty: in memory only"),
             },

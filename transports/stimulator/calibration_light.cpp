@@ -36,9 +36,9 @@ void Calibration::measure_curve() {
             sum += static_cast<double>(ramp[i]) - dark_[i];
         const double luminance = std::max(0.0, sum / full);
         if (!table_.curve.empty() && luminance < table_.curve.back().luminance - 0.02)
-            fail(fmt::format("capture '{}' is darker than the one before by {:.1f} % of white; was the "
-                             "exposure fixed?",
-                             pattern.name, 100 * (table_.curve.back().luminance - luminance)));
+            fail(fmt::format(
+                "capture '{}' is darker than the one before by {:.1f} % of white; was the exposure fixed?",
+                pattern.name, 100 * (table_.curve.back().luminance - luminance)));
         table_.curve.push_back({static_cast<double>(pattern.level), luminance});
         weight.push_back(1);
     }

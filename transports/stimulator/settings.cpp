@@ -91,20 +91,20 @@ config::Section section_of(StimulatorSettings& s) {
                     .range(0, 10000)
                     .help("Refresh rate of the display mode; 0: the display's preferred mode"),
                 key("format", &s.format)
-                    .help("Pixel format on the USB link; auto: the first of R8, XRGB8888, RGB888 that the "
-                          "display has"),
+                    .help(
+                        "Pixel format on the USB link; auto: the first of R8, XRGB8888, RGB888 that the display has"),
                 key("grey", &s.grey)
-                    .help("Grey coding in the channels of a colour format; equal: the same level in all (256 "
-                          "levels); sum: levels that add up (766); high_low: high byte in red, low byte in "
-                          "green (65536)"),
+                    .help("Grey coding in the channels of a colour format; "
+                          "equal: the same level in all (256 levels); sum: levels that add up (766); "
+                          "high_low: high byte in red, low byte in green (65536)"),
                 key("compression", &s.compression)
                     .help("LZ4 compression where the display supports it; auto: when it saves time"),
                 key("queue_frames", &s.queue_frames)
                     .range(1, 64)
                     .help("Frames that may wait for the display; further ones are dropped and counted"),
                 key("calibration", config::Path{&s.calibration, false, true})
-                    .help("Calibration file written by obscura stimulator calibrate; empty: one camera pixel "
-                          "per screen pixel, linear screen"),
+                    .help("Calibration file written by obscura stimulator calibrate; "
+                          "empty: one camera pixel per screen pixel, linear screen"),
                 key("black_dn", &s.black_dn)
                     .unit("DN")
                     .range(-65536, 65535)
@@ -115,12 +115,11 @@ config::Section section_of(StimulatorSettings& s) {
                     .help("Digital number that means the peak luminance; 0: the highest of the ADC"),
                 key("peak", &s.peak)
                     .range(0, 1)
-                    .help("Luminance for white_dn, relative to the brightest point of the screen; 0: the "
-                          "maximum luminance of its darkest point, so that white is uniform"),
+                    .help("Luminance for white_dn, relative to the brightest point of the screen; "
+                          "0: the maximum luminance of its darkest point, so that white is uniform"),
                 key("dither", &s.dither)
                     .help(
-                        "Dithering of fractional drive levels: none, over 16x16 pixels, over 256 frames, or "
-                        "over both"),
+                        "Dithering of fractional drive levels: none, over 16x16 pixels, over 256 frames, or over both"),
             },
         .check = [&s](const config::ReadTable& table) { check(s, table); },
     };

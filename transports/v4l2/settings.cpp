@@ -15,11 +15,13 @@ config::Section section_of(V4l2Settings& s) {
                 key("enabled", &s.enabled).help("Feed a Linux video output node (v4l2loopback or another)"),
                 key("device", &s.device).help("Absolute path of the video output node"),
                 key("format", &s.format)
-                    .help("Pixel format of the node; Y formats: 16-bit words with the digital number aligned "
-                          "to the low bit; GREY: its high 8 bits"),
+                    .help("Pixel format of the node; "
+                          "Y formats: 16-bit words with the digital number aligned to the low bit; "
+                          "GREY: its high 8 bits"),
                 key("io", &s.io)
-                    .help("How images reach the driver; auto: mmap, which carries trigger time stamps, "
-                          "unless the driver returns buffers out of order"),
+                    .help(
+                        "How images reach the driver; "
+                        "auto: mmap, which carries trigger time stamps, unless the driver returns buffers out of order"),
                 key("buffers", &s.buffers).range(2, 32).help("Buffers requested from the driver for mmap"),
                 key("queue_frames", &s.queue_frames)
                     .range(1, 256)

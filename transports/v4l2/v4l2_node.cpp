@@ -236,8 +236,7 @@ void V4l2Node::map_buffers(unsigned count) {
     }
     if (mappings_.size() < 4)
         warning_ = fmt::format(
-            "v4l2: {}: only {} buffers, so a slow consumer may see an image change while it reads "
-            "(v4l2loopback: load it with max_buffers=8)",
+            "v4l2: {}: only {} buffers, so a slow consumer may see an image change while it reads (v4l2loopback: load it with max_buffers=8)",
             settings_.device, mappings_.size());
 }
 

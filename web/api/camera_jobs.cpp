@@ -463,9 +463,9 @@ Response CameraJobs::frame_of_path(const State& state) {
     const auto camera = camera_id_of(state.request.place.id);
     const auto kept = camera ? frames_->find(*camera, *state.request.frame) : nullptr;
     if (!kept)
-        throw Refusal(404, "gone",
-                      "this frame is not kept: there are those that viewers see or have just seen, and those "
-                      "that were answered with last");
+        throw Refusal(
+            404, "gone",
+            "this frame is not kept: there are those that viewers see or have just seen, and those that were answered with last");
     return file_of(state, *kept);
 }
 

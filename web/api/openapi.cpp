@@ -196,18 +196,19 @@ Json operation_of(const Route& route) {
 } // namespace
 
 Json openapi_document(std::string_view version) {
-    Json document{{"openapi", "3.1.0"},
-                  {"jsonSchemaDialect", "https://json-schema.org/draft/2020-12/schema"},
-                  {"info",
-                   {{"title", "Obscura"},
-                    {"version", version},
-                    {"description", "Cameras of this machine: what they do, their settings, faults, scenes "
-                                    "and frames. Each role has what those before it have: viewer reads, "
-                                    "operator changes, admin also takes control away."},
-                    {"license", {{"name", "Apache-2.0"}, {"identifier", "Apache-2.0"}}}}},
-                  {"servers", Json::array({{{"url", "/"}}})},
-                  {"security", Json::array({{{"token", Json::array()}}})},
-                  {"paths", Json::object()}};
+    Json document{
+        {"openapi", "3.1.0"},
+        {"jsonSchemaDialect", "https://json-schema.org/draft/2020-12/schema"},
+        {"info",
+         {{"title", "Obscura"},
+          {"version", version},
+          {"description",
+           "Cameras of this machine: what they do, their settings, faults, scenes and frames. "
+           "Each role has what those before it have: viewer reads, operator changes, admin also takes control away."},
+          {"license", {{"name", "Apache-2.0"}, {"identifier", "Apache-2.0"}}}}},
+        {"servers", Json::array({{{"url", "/"}}})},
+        {"security", Json::array({{{"token", Json::array()}}})},
+        {"paths", Json::object()}};
     for (const Route& route : routes()) {
         std::string method(route.method);
         for (char& c : method)
@@ -222,8 +223,8 @@ Json openapi_document(std::string_view version) {
           {"in", "path"},
           {"required", true},
           {"description",
-           "`id` of a camera in the answer to /api/v1/cameras; where one daemon runs, the number of its "
-           "camera, from 0, does as well, and is the same for the next run of that daemon"},
+           "`id` of a camera in the answer to /api/v1/cameras; "
+           "where one daemon runs, the number of its camera, from 0, does as well, and is the same for the next run of that daemon"},
           {"schema", {{"type", "string"}}}}},
         {"feature",
          {{"name", "feature"},
@@ -245,16 +246,14 @@ Json openapi_document(std::string_view version) {
         {"last_event_id",
          {{"name", "Last-Event-ID"},
           {"in", "header"},
-          {"description",
-           "Of a stream: the `id` of the last event, after which it goes on. Where some are lost an event "
-           "`lost` tells how many, null: not known"},
+          {"description", "Of a stream: the `id` of the last event, after which it goes on. "
+                          "Where some are lost an event `lost` tells how many, null: not known"},
           {"schema", {{"type", "string"}, {"pattern", "^[0-9]+(-[0-9a-f]{8})?$"}}}}},
         {"idempotency_key",
          {{"name", "Idempotency-Key"},
           {"in", "header"},
           {"description",
-           "A text of the client's: the same command that is sent again with it within ten minutes is not "
-           "made again, but answered as before"},
+           "A text of the client's: the same command that is sent again with it within ten minutes is not made again, but answered as before"},
           {"schema", {{"type", "string"}, {"pattern", "^[!-~]{1,128}$"}}}}},
         {"prefer",
          {{"name", "Prefer"},

@@ -125,10 +125,11 @@ constexpr std::array all_routes{
           "The page; its files stand below this path",
           "text/html; charset=utf-8"},
     Route{Answers::alive, "GET", "/livez", "alive", {}, "200 while this process answers", text_type},
-    Route{Answers::ready, "GET", "/readyz", "ready", Role::viewer,
-          "200 if every daemon answers and each camera is on time or idle, with its clock and its files, "
-          "else 503; the checks",
-          json_type, "Ready"},
+    Route{
+        Answers::ready, "GET", "/readyz", "ready", Role::viewer,
+        "200 if every daemon answers and each camera is on time or idle, with its clock and its files, else 503; "
+        "the checks",
+        json_type, "Ready"},
     Route{Answers::metrics, "GET", "/metrics", "metrics", Role::viewer,
           "Metrics in the text format of Prometheus", "text/plain; version=0.0.4; charset=utf-8"},
     Route{Answers::state, "GET", "/api/v1/state", "state", Role::viewer, "What the daemons said last",
@@ -169,8 +170,7 @@ constexpr std::array all_routes{
         "POST", "/api/v1/cameras/{camera}/trigger", "trigger", "camera.trigger",
         {.answers = Answers::trigger,
          .help =
-             "Triggers a frame of a camera whose TriggerSource is Software; 202 if its fate is not known in "
-             "time",
+             "Triggers a frame of a camera whose TriggerSource is Software; 202 if its fate is not known in time",
          .schema = "Trigger"}),
     route_of("POST", "/api/v1/cameras/{camera}/acquisition", "acquisition", "camera.start",
              {.answers = Answers::acquisition,
@@ -223,8 +223,8 @@ constexpr std::array all_routes{
         "PATCH", "/api/v1/cameras/{camera}/configuration", "configuration.set", "configuration.set",
         {.answers = Answers::set_configuration,
          .help =
-             "Changes values that a reload can change, given as tables of the file, {\"trigger\": {\"rate_hz\": "
-             "20}}: all or none; the file stays as it is, and the next reload returns to it",
+             "Changes values that a reload can change, given as tables of the file, {\"trigger\": {\"rate_hz\": 20}}: all or none; "
+             "the file stays as it is, and the next reload returns to it",
          .schema = "Changed",
          .body = Body::map}),
     Route{Answers::frame_json, "GET", "/api/v1/cameras/{camera}/frames/latest.json", "frame.json",
@@ -262,16 +262,16 @@ constexpr std::array all_routes{
           "/api/v1/cameras/{camera}/frames/latest.jpg",
           "frame.jpg",
           Role::viewer,
-          "The newest frame as 8-bit grey JPEG with the contrast of previews, not for measurement; at most "
-          "8192 columns and rows",
+          "The newest frame as 8-bit grey JPEG with the contrast of previews, not for measurement; "
+          "at most 8192 columns and rows",
           "image/jpeg",
           {},
           newest_picture_query},
-    Route{Answers::pictures, "GET", "/api/v1/cameras/{camera}/live.mjpg", "live.mjpg", Role::viewer,
-          "Pictures of at most 512 pixels a side, at most 5 a second, as JPEG with the contrast of previews, "
-          "for players; the "
-          "token may also be the password of the scheme Basic",
-          mjpeg_type},
+    Route{
+        Answers::pictures, "GET", "/api/v1/cameras/{camera}/live.mjpg", "live.mjpg", Role::viewer,
+        "Pictures of at most 512 pixels a side, at most 5 a second, as JPEG with the contrast of previews, for players; "
+        "the token may also be the password of the scheme Basic",
+        mjpeg_type},
     Route{Answers::pictures, "GET", "/live.mjpg", "live.mjpg.first", Role::viewer,
           "The same of the first camera", mjpeg_type},
     Route{Answers::frame_json, "GET", "/api/v1/cameras/{camera}/frames/{frame}.json", "frame.id.json",
@@ -305,10 +305,10 @@ constexpr std::array all_routes{
           "image/jpeg",
           {},
           picture_query},
-    Route{Answers::frame_exr, "GET", "/api/v1/cameras/{camera}/frames/latest.exr", "frame.exr", Role::viewer,
-          "Irradiance of the newest frame, W/m2 at the entrance pupil, one channel a spectral band: rendered "
-          "again without a detector, one frame at a time, which takes seconds",
-          exr_type},
+    Route{
+        Answers::frame_exr, "GET", "/api/v1/cameras/{camera}/frames/latest.exr", "frame.exr", Role::viewer,
+        "Irradiance of the newest frame, W/m2 at the entrance pupil, one channel a spectral band: rendered again without a detector, one frame at a time, which takes seconds",
+        exr_type},
     Route{Answers::frame_exr, "GET", "/api/v1/cameras/{camera}/frames/{frame}.exr", "frame.id.exr",
           Role::viewer, "The same of that frame, while its daemon keeps it: one of the newest four",
           exr_type},

@@ -79,7 +79,7 @@ struct Route {
     std::span<const Parameter> query{};
     Body body = Body::none;
     std::span<const Parameter> fields{};
-    /// Of the daemon, which the route makes; null: none. Role, help and fields are those of the call where
+    /// Call of the daemon that the route makes; null: none. Role, help and fields are those of the call where
     /// the table says nothing else.
     const CallRow* call = nullptr;
     bool own_answer = false; ///< another one than the call's

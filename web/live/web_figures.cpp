@@ -34,11 +34,11 @@ std::string WebFigures::text() const {
     };
     family("viewers", "gauge", "Viewers of live pictures.");
     out += fmt::format("obscura_web_viewers {}\n", viewers_);
-    family("frames_total", "counter",
-           "Pictures for viewers: those sent, and frames that came at the rate that a viewer asks for and "
-           "were left out.");
-    out += fmt::format("obscura_web_frames_total{{outcome=\"sent\"}} "
-                       "{}\nobscura_web_frames_total{{outcome=\"skipped\"}} {}\n",
+    family(
+        "frames_total", "counter",
+        "Pictures for viewers: those sent, and frames that came at the rate that a viewer asks for and were left out.");
+    out += fmt::format("obscura_web_frames_total{{outcome=\"sent\"}} {}\n"
+                       "obscura_web_frames_total{{outcome=\"skipped\"}} {}\n",
                        pictures_, skipped_);
     family("bytes_total", "counter", "Bytes sent to clients.");
     out += fmt::format("obscura_web_bytes_total {}\n", bytes_);

@@ -54,10 +54,9 @@ Tokens Tokens::read(const std::filesystem::path& file) {
         words >> role >> hash >> name >> more;
         const std::optional<Role> known = enum_named<Role>(role);
         if (!known || !host::is_sha256(hash) || !(name.empty() || is_name(name)) || !more.empty())
-            throw InputError(
-                fmt::format("{}:{}: a line is a role (viewer, operator or admin), 64 hexadecimal digits, and "
-                            "perhaps a name, as obscura-web --new-token writes it",
-                            file.string(), number));
+            throw InputError(fmt::format(
+                "{}:{}: a line is a role (viewer, operator or admin), 64 hexadecimal digits, and perhaps a name, as obscura-web --new-token writes it",
+                file.string(), number));
         tokens.hashes_.emplace_back(hash, Holder{*known, name.empty() ? hash.substr(0, 8) : name});
     }
     return tokens;

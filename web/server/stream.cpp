@@ -31,9 +31,11 @@ using ErrorCode = beast::error_code;
 constexpr std::chrono::seconds tls_handshake_time{5}, linger_timeout{1};
 constexpr std::size_t max_drained_bytes = std::size_t{1} << 20;
 
-constexpr std::string_view not_tls =
-    "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n"
-    "this port speaks HTTPS: the link begins with https://\n";
+constexpr std::string_view not_tls = "HTTP/1.1 400 Bad Request\r\n"
+                                     "Content-Type: text/plain; charset=utf-8\r\n"
+                                     "Connection: close\r\n"
+                                     "\r\n"
+                                     "this port speaks HTTPS: the link begins with https://\n";
 
 } // namespace
 

@@ -51,8 +51,8 @@ json height_table(const Request& r, const DemFile& dem, const std::filesystem::p
     if (name.empty()) return nullptr;
     if (dem.text("TYPE") == "CUBEMAP")
         throw InputError(dem.mistake(
-            "TYPE: \"CUBEMAP\" is a private format, allowed SIMPLE_CYLINDRICAL, PLANAR, or none: as the "
-            "label of the height map says"));
+            "TYPE: "
+            "\"CUBEMAP\" is a private format, allowed SIMPLE_CYLINDRICAL, PLANAR, or none: as the label of the height map says"));
     json table{{"file", height_map(r, model, name).string()}};
     if (const auto scale = dem.number("SCALING_FACTOR")) table["scale_m"] = *scale;
     if (const auto offset = dem.number("OFFSET")) table["offset_m"] = *offset;

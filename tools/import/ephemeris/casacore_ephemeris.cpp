@@ -187,9 +187,9 @@ ephemeris::DafArrayData segment(const Series& s, const std::vector<std::array<do
 CasacoreEphemeris read_casacore_ephemeris(const std::filesystem::path& folder) {
     const std::string description = (folder / "table.dat").string();
     if (!std::filesystem::exists(description))
-        throw InputError(fmt::format("{}: no casacore table (table.dat); Debian's package "
-                                     "casacore-data-jpl-de405 installs {}",
-                                     folder.string(), casacore_de405));
+        throw InputError(fmt::format(
+            "{}: no casacore table (table.dat); Debian's package casacore-data-jpl-de405 installs {}",
+            folder.string(), casacore_de405));
     const std::string bytes = read_table_file(description);
     const Keywords keywords(bytes, description);
     constexpr double number = 405;

@@ -211,8 +211,7 @@ void make_whole(Georeference& place, std::int64_t width, std::int64_t height, co
             }
     if (moved > 1e-3)
         remarks.note(fmt::format(
-            "{}: the file's place is rounded: it was moved by up to {:.2g} pixels to whole degrees, turns "
-            "and poles",
+            "{}: the file's place is rounded: it was moved by up to {:.2g} pixels to whole degrees, turns and poles",
             name, moved));
 }
 
@@ -230,10 +229,9 @@ Georeference georeference(const GdalMap& map, const PdsLabel* label, const MapSe
     else if (map.transform && map.system != GdalSystem::none)
         place = by_system(map, settings, name);
     else
-        throw InputError(
-            fmt::format("{}: it does not say where its samples are: --edges LEFT,RIGHT,TOP,BOTTOM says it in "
-                        "degrees, --planar METRES makes it a plane",
-                        name));
+        throw InputError(fmt::format(
+            "{}: it does not say where its samples are: --edges LEFT,RIGHT,TOP,BOTTOM says it in degrees, --planar METRES makes it a plane",
+            name));
     if (settings.registration && *settings.registration != place.registration && !settings.edges_deg) {
         // The file's transform is that of its pixels' corners; the user says that it is that of samples, or
         // the other way round.

@@ -149,8 +149,7 @@ ImportRaster raster_of(const MapImportTask& task, std::vector<std::unique_ptr<Ma
     if (foreign != opened.end()) {
         if (opened.size() > 1)
             throw InputError(fmt::format(
-                "{}: its projection ({}) is resampled, of one file at a time: gdalbuildvrt makes one of "
-                "several",
+                "{}: its projection ({}) is resampled, of one file at a time: gdalbuildvrt makes one of several",
                 (*foreign)->name(), (*foreign)->map().method));
         auto made = std::make_unique<ResampledMap>(*opened.front(), task.settings, remarks);
         frame = made->frame();

@@ -46,10 +46,9 @@ MapMosaic::MapMosaic(std::vector<std::unique_ptr<MapSource>> maps) : maps_(std::
     std::vector<std::int64_t> x, width;
     for (const auto& map : maps_) {
         const auto refuse = [&](const std::string& why) {
-            throw InputError(
-                fmt::format("{}: {} {}: maps of one file share a grid (several height tables of a scene take "
-                            "others)",
-                            map->name(), why, first.name()));
+            throw InputError(fmt::format(
+                "{}: {} {}: maps of one file share a grid (several height tables of a scene take others)",
+                map->name(), why, first.name()));
         };
         const MapFrame frame = frame_of(*map);
         if (frame.projection().kind != base.projection().kind ||

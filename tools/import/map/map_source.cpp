@@ -167,10 +167,9 @@ void MapSource::choose_bands(const MapSettings& settings, MapRemarks& remarks) {
     for (const std::uint32_t band : bands_) {
         const GdalBand& b = map_.bands[band - 1];
         if (b.palette)
-            throw InputError(
-                fmt::format("{}: its samples are numbers of colours in a table: gdal_translate -expand gray "
-                            "(or rgb) makes values of them",
-                            name_));
+            throw InputError(fmt::format(
+                "{}: its samples are numbers of colours in a table: gdal_translate -expand gray (or rgb) makes values of them",
+                name_));
         if (b.type != map_.bands[bands_[0] - 1].type)
             throw InputError(name_ + ": its bands are of different types: --band chooses one");
     }

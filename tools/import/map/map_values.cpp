@@ -74,9 +74,9 @@ private:
         const Vec3 own = map_.place().radii_m;
         if (!settings_.radii_m) {
             if (!(own.x > 0))
-                throw InputError(map_.name() +
-                                 ": it does not say the body's radius: heights count from --radius METRES or "
-                                 "--radii A,B,C");
+                throw InputError(
+                    map_.name() +
+                    ": it does not say the body's radius: heights count from --radius METRES or --radii A,B,C");
             return own;
         }
         const Vec3 radii = *settings_.radii_m;
@@ -140,9 +140,9 @@ private:
             fmt::format("{}: heights from {:.6g} to {:.6g} m on a body of radius {:.6g} m", map_.name(),
                         least, largest, radius);
         if (least <= -radius)
-            throw InputError(range +
-                             ": they go through its centre: another --unit (m, km), --radius or --values "
-                             "(height, radius) is wanted");
+            throw InputError(
+                range +
+                ": they go through its centre: another --unit (m, km), --radius or --values (height, radius) is wanted");
         if (largest - least > 0.6 * radius)
             remarks_.warn(range + ": were metres taken for kilometres? (--unit)");
         else if (largest - least < 1e-5 * radius && largest > least && covers_much())
@@ -180,8 +180,7 @@ MapValues map_values(const MapSource& map, const NumberProbe& probe, SampleType 
         out.scale = 1 / full;
         out.offset = 0;
         remarks.note(fmt::format(
-            "{}: numbers from 0 to {} without a scale: they become factors from 0 to 1, as shown on a screen "
-            "and not calibrated (--scale)",
+            "{}: numbers from 0 to {} without a scale: they become factors from 0 to 1, as shown on a screen and not calibrated (--scale)",
             map.name(), full));
     }
     if (probe.any &&

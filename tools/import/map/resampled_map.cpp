@@ -215,10 +215,9 @@ ResampledMap::ResampledMap(MapSource& source, const MapSettings& settings, MapRe
     : source_(source) {
     const GdalMap& map = source.map();
     if (!map.transform || map.system == GdalSystem::none || map.system == GdalSystem::local)
-        throw InputError(
-            fmt::format("{}: its projection is not known: --edges LEFT,RIGHT,TOP,BOTTOM says where its "
-                        "samples are",
-                        source.name()));
+        throw InputError(fmt::format(
+            "{}: its projection is not known: --edges LEFT,RIGHT,TOP,BOTTOM says where its samples are",
+            source.name()));
     const std::array<double, 2> size{static_cast<double>(map.width), static_cast<double>(map.height)};
     std::vector<std::array<double, 2>> found = sampled_places();
     const Projection p = ellipsoid_of(source, settings);

@@ -196,9 +196,9 @@ public:
             return bytes_of_record(file_, static_cast<std::uint64_t>(data),
                                    static_cast<std::uint64_t>(rows) * row_bytes);
         }
-        throw InputError(fmt::format("{}: no table with a column {} of {} bytes: not an index file of "
-                                     "astrometry.net with magnitudes",
-                                     file_.string(), column, row_bytes));
+        throw InputError(fmt::format(
+            "{}: no table with a column {} of {} bytes: not an index file of astrometry.net with magnitudes",
+            file_.string(), column, row_bytes));
     }
     [[nodiscard]] std::string key(const char* name) const {
         int status = 0;

@@ -52,9 +52,9 @@ public:
                 return true;
             }
             if (line.size() > max_catalogue_line_bytes)
-                throw InputError(fmt::format("{}:{}: a line of more than {} bytes: no star catalogue in text "
-                                             "form",
-                                             name_, number_, max_catalogue_line_bytes));
+                throw InputError(
+                    fmt::format("{}:{}: a line of more than {} bytes: no star catalogue in text form", name_,
+                                number_, max_catalogue_line_bytes));
         }
     }
     [[nodiscard]] std::uint64_t number() const { return number_; }

@@ -15,9 +15,10 @@ struct Change {
 constexpr Change start{
     "start",
     "starts the acquisition of a running camera",
-    "From then on triggers make frames. The daemon itself, and its camera, are started by obscurad or "
-    "systemctl. Width, Height, PixelFormat and what else is locked while the camera acquires change only "
-    "before. While a GigE Vision client controls the camera the exit status is 75.",
+    "From then on triggers make frames. "
+    "The daemon itself, and its camera, are started by obscurad or systemctl. "
+    "Width, Height, PixelFormat and what else is locked while the camera acquires change only before. "
+    "While a GigE Vision client controls the camera the exit status is 75.",
     "camera.start",
     "started",
     "the camera acquires",
@@ -25,8 +26,8 @@ constexpr Change start{
 constexpr Change stop{
     "stop",
     "stops the acquisition of a running camera",
-    "The frame in progress is finished; triggers that come later make none. The daemon goes on. While a GigE "
-    "Vision client controls the camera the exit status is 75.",
+    "The frame in progress is finished; triggers that come later make none. "
+    "The daemon goes on. While a GigE Vision client controls the camera the exit status is 75.",
     "camera.stop",
     "stopped",
     "the camera has stopped",

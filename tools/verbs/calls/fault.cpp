@@ -46,9 +46,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "lists the faults that a running camera injects";
         line.description =
-            "Prints a line for each rule: kind, parameters, and how often it has struck. Faults are put into "
-            "the GigE Vision stream, as [[gige.faults]] of the configuration does it; frames are rendered "
-            "and counted as ever.";
+            "Prints a line for each rule: kind, parameters, and how often it has struck. "
+            "Faults are put into the GigE Vision stream, as [[gige.faults]] of the configuration does it; "
+            "frames are rendered and counted as ever.";
         declare_daemon(line);
         line.flag("--kinds", kinds_, "List the kinds of faults and their parameters instead");
         line.flag("--json", json_, "Print one JSON object with kinds and rules");
@@ -82,9 +82,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "makes a running camera inject a fault";
         line.description =
-            "Adds a rule to those that hold. Parameters are the keys of [[gige.faults]]: percent, first, "
-            "last, every, burst_packets, amount, seed. All rules hold until `obscura fault clear`, or the "
-            "end of the daemon. Prints all rules.";
+            "Adds a rule to those that hold. "
+            "Parameters are the keys of [[gige.faults]]: percent, first, last, every, burst_packets, amount, seed. "
+            "All rules hold until `obscura fault clear`, or the end of the daemon. Prints all rules.";
         line.positional("KIND", &kind_, "Kind of fault, as `obscura fault list --kinds` lists them");
         line.positional("PARAMETER", &words_, "NAME=VALUE: a parameter of the rule").required = false;
         declare_daemon(line);

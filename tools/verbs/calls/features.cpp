@@ -37,12 +37,12 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "lists what can be set on a running camera, with unit and range";
         line.description =
-            "One line for each setting: name, value, unit, access and what is allowed. Access is rw, or ro "
-            "with the reason why the setting cannot change now. Names are those of SFNC; selectors, user "
-            "sets and chunks are reached over GigE Vision.";
-        line.positional("CATEGORY", &category_,
-                        "Only settings of this SFNC category, or with this in their name, for example "
-                        "Trigger (default: all)")
+            "One line for each setting: name, value, unit, access and what is allowed. "
+            "Access is rw, or ro with the reason why the setting cannot change now. "
+            "Names are those of SFNC; selectors, user sets and chunks are reached over GigE Vision.";
+        line.positional(
+                "CATEGORY", &category_,
+                "Only settings of this SFNC category, or with this in their name, for example Trigger (default: all)")
             .required = false;
         declare_daemon(line);
         line.flag("--long", long_, "Also print what each setting means");

@@ -31,19 +31,19 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "saves frames of a running camera, beside what else it sends";
         line.description =
-            "Saves the newest frame as it left the detector, with its metadata: 16-bit PNG, FITS, or raw "
-            "words with a TOML file beside them; or the metadata alone as JSON. Waits for a frame if none "
-            "has come yet; looking triggers none. Frames go where they always go, and a slow disk here costs "
-            "the camera nothing: with --count and --follow frames that came meanwhile are skipped, and "
-            "counted. Numbers are those of the converter, nearly black in most viewers.";
-        line.positional("WHICH", &which_,
-                        "latest, or the number of a frame as --json prints it: one of the latest four that "
-                        "anyone has looked at (default: latest)")
+            "Saves the newest frame as it left the detector, with its metadata: 16-bit PNG, FITS, or raw words with a TOML file beside them; "
+            "or the metadata alone as JSON. "
+            "Waits for a frame if none has come yet; looking triggers none. "
+            "Frames go where they always go, and a slow disk here costs the camera nothing: with --count and --follow frames that came meanwhile are skipped, and counted. "
+            "Numbers are those of the converter, nearly black in most viewers.";
+        line.positional(
+                "WHICH", &which_,
+                "latest, or the number of a frame as --json prints it: one of the latest four that anyone has looked at (default: latest)")
             .required = false;
         line.option(
                 "-o,--output", &output_, "FILE",
-                "File ending in .png, .fits, .raw or .json; for several frames a folder, with a slash at its "
-                "end if it is new, whose files are frame_NNNNNN")
+                "File ending in .png, .fits, .raw or .json; "
+                "for several frames a folder, with a slash at its end if it is new, whose files are frame_NNNNNN")
             .required = true;
         line.option("--format", &format_, "FORMAT", "With a folder: format of the files (default: png)")
             .choices = {"png", "fits", "raw", "json"};

@@ -20,11 +20,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints counters and latencies of running daemons for Prometheus";
         line.description =
-            "Asks every daemon of this machine that this user may ask and prints triggers, frames, rows, "
-            "latencies, transports and threads in the text format of Prometheus. With --output the file "
-            "appears whole, as node_exporter's textfile collector wants it: run it by a timer. The exit "
-            "status is 69 if no daemon answers, and no file is written then; also if one of several does not "
-            "answer within 5 s, and the rest is written. docs/control.md lists the names.";
+            "Asks every daemon of this machine that this user may ask and prints triggers, frames, rows, latencies, transports and threads in the text format of Prometheus. "
+            "With --output the file appears whole, as node_exporter's textfile collector wants it: run it by a timer. "
+            "The exit status is 69 if no daemon answers, and no file is written then; "
+            "also if one of several does not answer within 5 s, and the rest is written. docs/control.md lists the names.";
         line.option("--socket", &socket_, "PATH",
                     "Ask the daemon with this socket (its monitor.socket) only");
         line.option("-o,--output", &output_, "FILE", "Write to this file instead of standard output");

@@ -32,8 +32,7 @@ using renderer::ScenePoses;
 constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t max_pose_instants = 1'000'000;
 constexpr const char* convention =
-    "quaternion w x y z, turns vectors of the camera's axes (x right, y down, z boresight) into the inertial "
-    "frame";
+    "quaternion w x y z, turns vectors of the camera's axes (x right, y down, z boresight) into the inertial frame";
 
 Vec3 parse_vector(std::string_view text, std::string_view option) {
     std::array<double, 3> v{};
@@ -76,13 +75,10 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints or computes poses of a scene's camera: attitude, ranges, phase angles, pixels";
         line.description =
-            "Prints the camera's pose at one instant of a scene or at several, and how it sees each body and "
-            "the Sun: range to the centre, phase angle (Sun, body, camera), angle off the boresight and "
-            "pixel; (0, 0) is the centre of the upper left pixel. Nothing is rendered, no mesh is read. With "
-            "--look-at the camera of the scene is aimed at a body, and with --position or --range placed "
-            "too; the result can be pasted into the scene's [camera]. --csv prints a trajectory that "
-            "`trajectory` of a scene reads, also one with attitudes for a camera that has positions and "
-            "look_at.";
+            "Prints the camera's pose at one instant of a scene or at several, and how it sees each body and the Sun: range to the centre, phase angle (Sun, body, camera), angle off the boresight and pixel; "
+            "(0, 0) is the centre of the upper left pixel. Nothing is rendered, no mesh is read. "
+            "With --look-at the camera of the scene is aimed at a body, and with --position or --range placed too; "
+            "the result can be pasted into the scene's [camera]. --csv prints a trajectory that `trajectory` of a scene reads, also one with attitudes for a camera that has positions and look_at.";
         line.positional("SCENE", &scene_file_, "Scene file (TOML), or the name of a shipped scene");
         line.number("--time", &time_s_, "S", "Scene time in seconds", -1e9, 1e9);
         line.number("--from", &from_s_, "S", "First of several scene times, with --to and --step", -1e9, 1e9);
@@ -101,20 +97,17 @@ public:
                     "With --look-at: distance of the camera from the body's centre in metres", 1e-3, 1e15);
         line.number(
             "--phase", &phase_deg_, "DEG",
-            "With --range: phase angle, between Sun and camera at the body (default: the camera stays in its "
-            "direction from the body)",
+            "With --range: phase angle, between Sun and camera at the body (default: the camera stays in its direction from the body)",
             0, 180);
         line.number(
             "--azimuth", &azimuth_deg_, "DEG",
-            "With --phase: side on which the camera stands off the line from body to Sun, as one sees it who "
-            "looks from the body at the Sun: 0 right, 90 up, 180 left, 270 down",
+            "With --phase: side on which the camera stands off the line from body to Sun, as one sees it who looks from the body at the Sun: 0 right, 90 up, 180 left, 270 down",
             -360, 360);
         line.flag("--csv", csv_, "Print a trajectory: a CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz");
         line.flag("--json", json_, "Print one JSON object");
         line.option(
             "--intrinsics", &intrinsics_, "FILE",
-            "Also write camera matrix, distortion coefficients and poses as JSON that OpenCV's FileStorage "
-            "reads");
+            "Also write camera matrix, distortion coefficients and poses as JSON that OpenCV's FileStorage reads");
         line.examples = {
             "obscura pose demo",
             "obscura pose config/scenes/demo.toml --from 0 --to 60 --step 10 --csv",

@@ -23,11 +23,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints DN, electrons, irradiance and surface point of one pixel";
         line.description =
-            "Prints the digital number of a pixel, electrons estimated from it and those expected before any "
-            "noise, irradiance in each spectral band, and the body behind the centre of the pixel with "
-            "range, planetocentric latitude and longitude, angles of incidence and emission, and phase. The "
-            "daemon renders the pixel again with the scene and the poses of the frame, at the time of its "
-            "row; the first time it loads the scene once more, which may take as long as its start.";
+            "Prints the digital number of a pixel, electrons estimated from it and those expected before any noise, irradiance in each spectral band, and the body behind the centre of the pixel with range, planetocentric latitude and longitude, angles of incidence and emission, and phase. "
+            "The daemon renders the pixel again with the scene and the poses of the frame, at the time of its row; "
+            "the first time it loads the scene once more, which may take as long as its start.";
         line.positional("X", &x_, "Column of the image, from 0 on the left").max = 65535;
         line.positional("Y", &y_, "Row of the image, from 0 on top").max = 65535;
         line.number("--frame", &frame_, "N", "Number of a frame of the newest few (default: the newest)", 1,

@@ -17,8 +17,8 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "lists the scenes that a running daemon can show";
         line.description =
-            "Prints a name a line, those that `obscura scene show` takes: scene files below control.scenes, "
-            "and the shipped ones. A star stands before the one that is shown now.";
+            "Prints a name a line, those that `obscura scene show` takes: scene files below control.scenes, and the shipped ones. "
+            "A star stands before the one that is shown now.";
         declare_daemon(line);
         line.flag("--json", json_, "Print one JSON object");
         line.examples = {"obscura scene list"};
@@ -53,9 +53,9 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "shows another scene from a frame on";
         line.description =
-            "The daemon builds the scene while frames of the present one continue, and puts it in their "
-            "place between two frames. If it cannot be shown, nothing changes and the exit status is 78. A "
-            "reload (systemctl reload obscurad) returns to the scene of the configuration.";
+            "The daemon builds the scene while frames of the present one continue, and puts it in their place between two frames. "
+            "If it cannot be shown, nothing changes and the exit status is 78. "
+            "A reload (systemctl reload obscurad) returns to the scene of the configuration.";
         line.positional("NAME", &scene_, "Shipped scene, or scene file below control.scenes");
         declare_daemon(line);
         line.examples = {"obscura scene show demo", "obscura scene show approach/day2.toml"};

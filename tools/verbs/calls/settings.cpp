@@ -23,8 +23,8 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "prints settings of a running camera";
         line.description =
-            "Prints the value of one setting alone, as scripts want it, and of several, or without NAME of "
-            "all, lines NAME=VALUE that `obscura set` takes. Names are those of SFNC, as over GigE Vision; "
+            "Prints the value of one setting alone, as scripts want it, and of several, or without NAME of all, lines NAME=VALUE that `obscura set` takes. "
+            "Names are those of SFNC, as over GigE Vision; "
             "`obscura features` tells unit and range of each.";
         line.positional("NAME", &names_, "Settings, for example ExposureTime (default: all)").required =
             false;
@@ -61,16 +61,16 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "changes settings of a running camera";
         line.description =
-            "All of them change with the next frame, or none if one is wrong. Prints what has changed, also "
-            "what changed with it. While a GigE Vision client controls the camera, the camera is the "
-            "client's: the exit status is 75, and nothing changes (--force, or `obscura release`, which "
-            "takes control from the client). A value that is refused ends with 78 and says what is allowed.";
+            "All of them change with the next frame, or none if one is wrong. "
+            "Prints what has changed, also what changed with it. "
+            "While a GigE Vision client controls the camera, the camera is the client's: the exit status is 75, and nothing changes (--force, or `obscura release`, which takes control from the client). "
+            "A value that is refused ends with 78 and says what is allowed.";
         line.positional("SETTING", &words_,
                         "NAME=VALUE: a setting and its new value, for example ExposureTime=5000");
         declare_daemon(line);
         line.flag("--force", force_,
-                  "Change them also while a GigE Vision client controls the camera; only root and the "
-                  "daemon's user may, and the log tells of it");
+                  "Change them also while a GigE Vision client controls the camera; "
+                  "only root and the daemon's user may, and the log tells of it");
         line.flag("--json", json_, "Print what has changed as one JSON object");
         line.examples = {"obscura set ExposureTime=5000 Gain=6",
                          "obscura set TriggerMode=On TriggerSource=Software && obscura trigger",

@@ -28,18 +28,15 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "saves what a maintainer wants to know of this machine and its daemon";
         line.description =
-            "Writes one archive with versions, kernel and its command line, the daemon's configuration with "
-            "the place each value comes from, its state, counters, threads and log, settings, faults and "
-            "time stamps of the newest frames of each camera, and how late this machine releases rows. No "
-            "frames, no scene files, no tokens; look into it before you send it: tar --zstd -xf FILE. "
-            "Without a daemon, or one that takes no calls, it has the rest, says what is missing, and the "
-            "exit status is 1.";
+            "Writes one archive with versions, kernel and its command line, the daemon's configuration with the place each value comes from, its state, counters, threads and log, settings, faults and time stamps of the newest frames of each camera, and how late this machine releases rows. "
+            "No frames, no scene files, no tokens; look into it before you send it: tar --zstd -xf FILE. "
+            "Without a daemon, or one that takes no calls, it has the rest, says what is missing, and the exit status is 1.";
         line.option("-o,--output", &output_, "FILE",
                     "File to write (default: obscura-support-HOST-TIME.tar.zst in this folder)");
         declare_daemon(line);
-        line.flag("--self-test", self_test_,
-                  "Measure row release with real-time priority also while a camera acquires, which it may "
-                  "make late (default: then with ordinary scheduling)");
+        line.flag(
+            "--self-test", self_test_,
+            "Measure row release with real-time priority also while a camera acquires, which it may make late (default: then with ordinary scheduling)");
         line.examples = {"obscura support-bundle", "obscura support-bundle -o /tmp/bench.tar.zst",
                          "sudo obscura support-bundle    # for the daemon of the service"};
     }

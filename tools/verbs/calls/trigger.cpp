@@ -22,26 +22,24 @@ public:
     void declare(host::CommandLine& line) override {
         line.summary = "triggers frames of a running camera";
         line.description =
-            "Without --udp, --rate, --first and --stamp: a software trigger of the camera, which must have "
-            "TriggerSource Software. Waits for the frame and prints its number, what became of it, its late "
-            "rows and the time from trigger to last row; the exit status is 1 if a frame is not complete and "
-            "on time, 75 while a GigE Vision client controls the camera. With one of them: datagrams for a "
-            "daemon with [trigger] source = \"udp\", each an edge on Line0 as a wire would bring it; what "
-            "becomes of those tells `obscura status`. A datagram has 16 bytes, big endian: the letters OBTR, "
-            "a 32-bit number that counts from 1 (a gap: lost triggers), and the edge's instant in ns of TAI "
-            "(64 bits; 0: the datagram's arrival).";
+            "Without --udp, --rate, --first and --stamp: a software trigger of the camera, which must have TriggerSource Software. "
+            "Waits for the frame and prints its number, what became of it, its late rows and the time from trigger to last row; "
+            "the exit status is 1 if a frame is not complete and on time, 75 while a GigE Vision client controls the camera. "
+            "With one of them: datagrams for a daemon with [trigger] source = \"udp\", each an edge on Line0 as a wire would bring it; "
+            "what becomes of those tells `obscura status`. "
+            "A datagram has 16 bytes, big endian: the letters OBTR, a 32-bit number that counts from 1 (a gap: lost triggers), and the edge's instant in ns of TAI (64 bits; "
+            "0: the datagram's arrival).";
         line.number("--frames", &frames_, "N", "Number of triggers; 0: until interrupted", 0, 4e9);
         declare_daemon(line);
         line.flag("--json", json_, "Software trigger: print the answer as one JSON object a line");
-        line.option("--udp", &address_, "HOST:PORT",
-                    "Send datagrams to the IPv4 address and port that the daemon listens on (default with "
-                    "--rate, --first or --stamp: 127.0.0.1:5002)");
+        line.option(
+            "--udp", &address_, "HOST:PORT",
+            "Send datagrams to the IPv4 address and port that the daemon listens on (default with --rate, --first or --stamp: 127.0.0.1:5002)");
         line.number("--rate", &rate_hz_, "HZ", "Datagrams: triggers per second (default: 1)", 0.001, 100'000);
         line.number("--first", &first_, "N", "Datagrams: number of the first one (default: 1)", 1, 4e9);
-        line.flag(
-            "--stamp", stamp_,
-            "Datagrams: give each the instant of its sending by CLOCK_TAI; on another machine only with both "
-            "clocks synchronised");
+        line.flag("--stamp", stamp_,
+                  "Datagrams: give each the instant of its sending by CLOCK_TAI; "
+                  "on another machine only with both clocks synchronised");
         line.examples = {"obscura set TriggerMode=On TriggerSource=Software && obscura trigger",
                          "obscura trigger --frames 10 --json",
                          "obscura trigger --udp 192.168.1.20:5002 --rate 10 --frames 100",

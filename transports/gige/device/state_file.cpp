@@ -105,12 +105,14 @@ std::string format_state(const DeviceState& state) {
         if (c == '"' || c == '\\') escaped += '\\';
         escaped += c;
     }
-    std::string text =
-        fmt::format("# State of a GigE Vision camera of Obscura, written by obscurad: DeviceUserID "
-                    "and user sets.\n# Not read any more once it is changed by hand.\n"
-                    "version = {}\ndevice_user_id = \"{}\"\nuser_set_default = {}\n"
-                    "user_set_1 = [ # register, word\n",
-                    format_version, escaped, state.user_set_default);
+    std::string text = fmt::format("# State of a GigE Vision camera of Obscura, written by obscurad: "
+                                   "DeviceUserID and user sets.\n"
+                                   "# Not read any more once it is changed by hand.\n"
+                                   "version = {}\n"
+                                   "device_user_id = \"{}\"\n"
+                                   "user_set_default = {}\n"
+                                   "user_set_1 = [ # register, word\n",
+                                   format_version, escaped, state.user_set_default);
     for (const SavedWord& saved : state.user_set_1)
         text += fmt::format("    [{:#x}, {:#x}],\n", saved.address, saved.word);
     text += "]\n";

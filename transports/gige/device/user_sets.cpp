@@ -98,8 +98,7 @@ void read_state_file(DeviceContext& d) {
     store(d, "UserSetDefault", 0, state.user_set_default);
     if (const std::size_t refused = apply_set(d, d.user_set_1); refused > 0)
         log_warning(
-            "gige.state_file: {}: {} of {} registers of UserSet1 do not fit this camera and keep their "
-            "reset values",
+            "gige.state_file: {}: {} of {} registers of UserSet1 do not fit this camera and keep their reset values",
             file, refused, d.user_set_1.size());
 }
 

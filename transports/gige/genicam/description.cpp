@@ -295,9 +295,9 @@ private:
         if (f.entries_below.empty()) return;
         for (const FeatureEntry& e : f.entries)
             if (e.value > 0)
-                out_ += fmt::format("  <IntSwissKnife Name=\"{}\"><pVariable Name=\"N\">{}</pVariable>"
-                                    "<Formula>N&gt;{}</Formula></IntSwissKnife>\n",
-                                    availability(e), raw_node(f.entries_below), e.value);
+                out_ += fmt::format(
+                    "  <IntSwissKnife Name=\"{}\"><pVariable Name=\"N\">{}</pVariable><Formula>N&gt;{}</Formula></IntSwissKnife>\n",
+                    availability(e), raw_node(f.entries_below), e.value);
     }
     static std::string availability(const FeatureEntry& e) { return fmt::format("{}Available", e.name); }
 

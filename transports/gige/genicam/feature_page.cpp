@@ -85,9 +85,9 @@ std::string feature_page(std::span<const FeatureCategory> table) {
     std::string page(page_head);
     for (const FeatureCategory& category : table) {
         page += fmt::format("\n## {}{}\n\n", category.name, category.custom ? "*" : "");
-        page += "| Feature | Type | Access | Unit | Range | Level | Locked | User set | Register | "
-                "Description |\n"
-                "|---|---|---|---|---|---|---|---|---|---|\n";
+        page +=
+            "| Feature | Type | Access | Unit | Range | Level | Locked | User set | Register | Description |\n"
+            "|---|---|---|---|---|---|---|---|---|---|\n";
         for (const Feature& f : category.features)
             if (f.listed) page += row(f);
     }

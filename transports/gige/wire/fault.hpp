@@ -82,8 +82,7 @@ constexpr std::string_view help_of(Fault fault) {
     case Fault::mute_control:
         return "Commands are not answered";
     case Fault::freeze_frame:
-        return "The frame shows the pixels of the last one that was not struck, under a new id and time "
-               "stamp";
+        return "The frame shows the pixels of the last one that was not struck, under a new id and time stamp";
     case Fault::repeat_frame:
         return "The frame is sent once more under the next block id";
     case Fault::heartbeat_loss:
