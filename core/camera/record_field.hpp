@@ -163,18 +163,21 @@ struct RecordField {
 
 namespace record_field {
 
+/// Numbers in a member of a record: one, or those of an array; a text is one.
 template<typename T>
 struct Elements {
     using type = T;
     static constexpr std::size_t count = 1;
     static constexpr auto& of(auto& value, std::size_t /*index*/) { return value; }
 };
+/// Array of n numbers.
 template<typename T, std::size_t n>
 struct Elements<std::array<T, n>> {
     using type = T;
     static constexpr std::size_t count = n;
     static constexpr auto& of(auto& value, std::size_t index) { return value[index]; }
 };
+/// Text of n bytes.
 template<std::size_t n>
 struct Elements<std::array<char, n>> {
     static_assert(n == field_text_bytes);

@@ -25,6 +25,9 @@
 namespace obscura::emulator {
 namespace {
 
+/// Clients whose connections wait while the server ends a step of a client that has gone, for 100 ms at most.
+constexpr int pending_clients = 32;
+
 constexpr std::size_t max_clients = 8;
 constexpr std::size_t max_input = 16 * simulator_line_bytes; // input buffered while a step is in progress
 constexpr std::int64_t step_timeout_ns = 60 * ns_per_s;      // longest wait for one frame
@@ -93,7 +96,7 @@ void SimulatorServer::start() {
     const int on = 1;
     if (!tcp_) fail();
     ::setsockopt(tcp_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    if (::bind(tcp_.get(), name, sizeof address) != 0 || ::listen(tcp_.get(), 4) != 0) fail();
+    if (::bind(tcp_.get(), name, sizeof address) != 0 || ::listen(tcp_.get(), pending_clients) != 0) fail();
     socklen_t size = sizeof address;
     ::getsockname(tcp_.get(), reinterpret_cast<sockaddr*>(&address), &size);
     port_ = ntohs(address.sin_port);
