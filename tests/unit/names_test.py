@@ -5,14 +5,11 @@ two of them have a function of the same name, the compiler may silently choose t
 of the same name fail as soon as another file moves them into one unit.
 """
 import collections
-import pathlib
 import re
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ["core", "config", "images", "ephemeris", "service", "terrain", "renderer", "sensors", "sync", "transports",
-           "host", "serve", "emulator", "tools", "web", "instrument"]
-TEXT = re.compile(r'R"(\w*)\((?:.|\n)*?\)\1"|//[^\n]*|/\*(?:.|\n)*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])+\'')
+from source_tree import FOLDERS, ROOT, without_text
+
 FUNCTION = re.compile(r"^(?:\[\[[^\]]*\]\] )?(?:template<[^\n]*>\n)?[\w:<>,&*\[\] ]*?[ &*](\w+)\([^;{}]*\)[^;{}]*\{\}", re.M)
 
 TYPE = re.compile(r"^(?:class|struct|enum class|enum) (?:alignas\([^)]*\) )?(\w+)[^;{}\n]*\{\}", re.M)
@@ -47,7 +44,7 @@ for folder in FOLDERS:
     for file in sorted((ROOT / folder).rglob("*.cpp")):
         name = file.relative_to(ROOT).as_posix()
         library = "/".join(name.split("/")[:2]) if folder == "transports" else folder
-        text = TEXT.sub(lambda match: '""' + "\n" * match[0].count("\n"), file.read_text())
+        text = without_text(file.read_text())
         for match in re.finditer(r"^namespace \{$", text, re.M):
             around = re.findall(r"^namespace (obscura[\w:]*) \{", text[: match.start()], re.M)
             block = outermost(block_at(text, match.end()))

@@ -6,14 +6,12 @@
 
 Exceptions are named below, each with its reason and the size it may have; one that is no longer needed is a complaint.
 """
-import pathlib
 import re
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from source_tree import FOLDERS, ROOT, without_text
+
 MAX_LINES, MAX_FILES, MAX_FUNCTION = 500, 45, 80
-FOLDERS = ["core", "config", "images", "ephemeris", "service", "terrain", "renderer", "sensors", "sync", "transports",
-           "host", "serve", "emulator", "tools", "web", "instrument"]
 # (path, or path:function) -> (size allowed, reason)
 EXCEPTIONS = {
     "emulator/config/daemon_sections.cpp:section_of": (85, "the table of the section's keys"),
@@ -44,15 +42,6 @@ EXCEPTIONS = {
 }
 
 
-def without_text(source):
-    """The source with comments, strings and characters blanked, lines kept."""
-    def blank(match):
-        return "".join("\n" if c == "\n" else " " for c in match[0])
-    pattern = r'R"(\w*)\((?:.|\n)*?\)\1"|//[^\n]*|/\*(?:.|\n)*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])+\''
-    return re.sub(pattern, blank, source)
-
-
-HEAD = re.compile(r"([~\w:<>,&* ]*?[~\w>]+)\s*\((?:[^{};]|\{[^{};]*\})*\)\s*(?:const|noexcept|override|final|mutable|->[^{;]*|:\s[^;]*)*\s*$")
 NOT_FUNCTIONS = re.compile(r"\b(if|for|while|switch|catch|namespace|class|struct|enum|union|else|do|try|return)\b[^)]*$|=\s*$|\b(namespace|class|struct|enum|union)\b")
 
 
