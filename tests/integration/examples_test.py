@@ -20,7 +20,6 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import transcript  # noqa: E402
 from checks import check, failures  # noqa: E402
 
-transcript.enter_own_network()
 obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 EXPECTED = {"mesh", "trajectory", "two-windows", "two-cameras", "udp-trigger", "gpio", "lockstep", "faults", "gstreamer", "opencv",
             "v4l2", "stimulator"}

@@ -16,7 +16,6 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import transcript  # noqa: E402
 
-transcript.enter_own_network()
 obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 update = "--update" in sys.argv
 page = source / "docs/first-hour.md"

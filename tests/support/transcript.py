@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands of documents, run as a reader would: in one shell, with the built programs on PATH, in a network of their own
-where the system permits it, so that they find the default ports free.
+"""Commands of documents, run as a reader would: in one shell, with the built programs on PATH. The tests run in a network of
+their own (in_private_network), so that the commands find the default ports free.
 
 What is expected is a list of lines, in which … stands for anything and blanks for any number of blanks; they must come in
 this order, and others may come between them.
@@ -8,22 +8,10 @@ this order, and others may come between them.
 import os
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 
 MARK = "@@transcript@@"
-
-
-def enter_own_network():
-    """Runs this program again in a network namespace with nothing but a loopback interface, if that is permitted."""
-    if "OBSCURA_OWN_NETWORK" in os.environ:
-        return
-    for options in (["--net"], ["--user", "--map-root-user", "--net"]):
-        if shutil.which("unshare") and subprocess.run(["unshare", *options, "ip", "link", "set", "lo", "up"],
-                                                      capture_output=True).returncode == 0:
-            os.environ["OBSCURA_OWN_NETWORK"] = "1"
-            os.execvp("unshare", ["unshare", *options, "sh", "-c", 'ip link set lo up; exec "$0" "$@"', sys.executable, *sys.argv])
 
 
 class Shell:
