@@ -42,8 +42,4 @@ pkg_check_modules(FUSE3 QUIET IMPORTED_TARGET fuse3)
 
 if(OBSCURA_BUILD_TESTS)
     find_package(Catch2 REQUIRED)
-    # Debian's interpreter, which has Debian's numpy, whatever else comes first in PATH.
-    set(Python3_ROOT_DIR /usr)
-    set(Python3_FIND_STRATEGY LOCATION)
-    find_package(Python3 REQUIRED COMPONENTS Interpreter)
 endif()

@@ -4,7 +4,6 @@ option(OBSCURA_BUILD_MANUAL "Make and install manual pages and bash completion" 
 if(NOT OBSCURA_BUILD_MANUAL)
     return()
 endif()
-find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
 set(maker "${PROJECT_SOURCE_DIR}/scripts/make-manual")
 set(manual "${PROJECT_BINARY_DIR}/manual")
