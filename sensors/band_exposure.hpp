@@ -54,6 +54,8 @@ private:
     void sample_once(std::int32_t row, bool difference, std::uint16_t* dn,
                      const ExposureTruth& truth) noexcept;
     void sample_read(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
+    void add_read(std::int32_t row, Time from, Time to, std::int32_t k, float* charge,
+                  float* total_mean) noexcept;
     void sample_ramp(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
     void note(const float* mean, const float* charge, const ExposureTruth& truth) noexcept;
     void apply_defects(std::int32_t array_row, std::uint16_t* dn) const noexcept;

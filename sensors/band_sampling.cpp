@@ -165,6 +165,18 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
                          chain.sigma1_e > 0 ? scratch_.z1() : nullptr, n_, dn);
 }
 
+/// Adds the charge of read `k`, from `from` to `to`, and its mean to what the row has collected.
+void BandExposure::add_read(std::int32_t row, Time from, Time to, std::int32_t k, float* charge,
+                            float* total_mean) noexcept {
+    float* const mean = scratch_.mean(0);
+    mean_row_.fill(no_row);
+    mean_between(row, from, to, mean);
+    draw(mean + left_, plan_.sensor_row[static_cast<std::size_t>(row)], static_cast<std::uint32_t>(k),
+         scratch_.counts());
+    kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
+    kernels::accumulate_row(mean + left_, 1, n_, total_mean);
+}
+
 /// One of several non-destructive reads: charge accumulates from read to read, the reset noise is the same in
 /// all of them.
 void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept {
@@ -181,12 +193,7 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
         const Time to = plan_.rows[i].read - (window.read_index - k) * window.read_spacing_ns;
         // Another window reset the row in between: this read contains no charge from before that reset.
         if (to <= from) continue;
-        float* const mean = scratch_.mean(0);
-        mean_row_.fill(no_row);
-        mean_between(row, from, to, mean);
-        draw(mean + left_, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
-        kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
-        kernels::accumulate_row(mean + left_, 1, n_, total_mean);
+        add_read(row, from, to, k, charge, total_mean);
         if (from == plan_.rows[i].reset) std::memcpy(scratch_.frozen(), scratch_.z1(), n_ * sizeof(float));
         from = to;
     }
@@ -218,12 +225,7 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
     for (std::int32_t k = 1; k < window.reads; ++k) {
         const Time from = plan_.rows[i].reset + span * (k - 1) / (window.reads - 1);
         const Time to = plan_.rows[i].reset + span * k / (window.reads - 1);
-        float* const mean = scratch_.mean(0);
-        mean_row_.fill(no_row);
-        mean_between(row, from, to, mean);
-        draw(mean + left_, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
-        kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
-        kernels::accumulate_row(mean + left_, 1, n_, total_mean);
+        add_read(row, from, to, k, charge, total_mean);
         std::memcpy(scratch_.signal(), charge, n_ * sizeof(float));
         kernels::collect_row(chain_, n_, scratch_.signal());
         const double weight = ramp_weight(k, window.reads);
