@@ -2,6 +2,7 @@
 #include "images/readers/pds3_layout.hpp"
 
 #include "core/error.hpp"
+#include "core/text/text.hpp"
 
 #include <fmt/format.h>
 
@@ -41,12 +42,7 @@ void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& of
     std::string place = pointer.front();
     if (place.find_first_not_of("0123456789") != std::string::npos) {
         // Try other cases: names on the archive's discs are upper case, names of their copies often not.
-        std::string lower = place, upper = place;
-        std::transform(lower.begin(), lower.end(), lower.begin(),
-                       [](unsigned char c) { return std::tolower(c); });
-        std::transform(upper.begin(), upper.end(), upper.begin(),
-                       [](unsigned char c) { return std::toupper(c); });
-        for (const std::string& name : {place, lower, upper}) {
+        for (const std::string& name : {place, lower_case(place), upper_case(place)}) {
             // Use the file name only, so that a label cannot refer to files outside its folder.
             data = label.file().parent_path() / std::filesystem::path(name).filename();
             if (std::filesystem::exists(data)) break;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/writers/truth_table.hpp"
 
+#include "core/text/text.hpp"
 #include "images/writers/fits_writer.hpp"
 #include "images/writers/pending_file.hpp"
 
@@ -92,13 +93,6 @@ PoseCells cells_of(const TruthPose& p) {
     const Vec3 x = p.pose.position_m;
     const Quat q = p.pose.orientation;
     return {x.x, x.y, x.z, q.w, q.x, q.y, q.z, p.sun.x, p.sun.y, p.sun.z};
-}
-
-std::string in_capitals(std::string_view name) {
-    std::string out(name);
-    for (char& c : out)
-        c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    return out;
 }
 
 /// A cell of text for CSV files, in quotes where it needs them.
@@ -237,7 +231,7 @@ void TruthTableFile::write_entries(FitsWriter& writer) const {
     std::vector<FitsWriter::Column> list;
     for (const TruthColumn& column : columns)
         list.push_back(
-            {keep(in_capitals(column.name)), keep(std::string(column.form)), keep(std::string(column.unit))});
+            {keep(upper_case(column.name)), keep(std::string(column.form)), keep(std::string(column.unit))});
     writer.create_table("TRUTH", entries.size(), list);
     writer.write({"PIXCENTR", std::string("0, 0"), "coordinates of the centre of the first pixel"});
     for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -281,7 +275,7 @@ void TruthTableFile::write_poses(FitsWriter& writer) const {
     std::vector<FitsWriter::Column> list = {
         {"FRAME", "1K", ""}, {"NAME", "32A", ""}, {"TIME_NS", "1K", "ns"}};
     for (const auto& [name, unit] : pose_columns)
-        list.push_back({pose_texts.emplace_back(in_capitals(name)).c_str(), "1D", unit});
+        list.push_back({pose_texts.emplace_back(upper_case(name)).c_str(), "1D", unit});
     writer.create_table("POSES", ids.size(), list);
     writer.write_column(1, ids);
     writer.write_column(2, names);

@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/text.hpp"
 
 #include <fmt/format.h>
 
@@ -15,13 +16,7 @@ namespace obscura::serve {
 namespace {
 
 constexpr std::size_t max_keys = 1000;
-
-std::string_view trimmed(std::string_view text) {
-    constexpr std::string_view blank = " \t\r";
-    const std::size_t begin = text.find_first_not_of(blank);
-    if (begin == std::string_view::npos) return {};
-    return text.substr(begin, text.find_last_not_of(blank) - begin + 1);
-}
+constexpr std::string_view blanks = " \t\r";
 
 DemFile::Value value_of(std::string_view text) {
     if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
@@ -46,14 +41,14 @@ DemFile DemFile::parse(std::string_view text, const std::string& name) {
     made.name_ = name;
     for (std::size_t line = 1; !text.empty(); ++line) {
         const std::size_t end = std::min(text.find('\n'), text.size());
-        std::string_view row = trimmed(text.substr(0, end));
+        std::string_view row = trimmed(text.substr(0, end), blanks);
         text.remove_prefix(std::min(end + 1, text.size()));
         if (row.empty() || row.starts_with('#') || row.starts_with("//") || row.starts_with("--")) continue;
-        if (row.ends_with(';')) row = trimmed(row.substr(0, row.size() - 1));
+        if (row.ends_with(';')) row = trimmed(row.substr(0, row.size() - 1), blanks);
         const std::size_t equals = row.find('=');
         const std::string_view key = trimmed(row.substr(0, std::min(equals, row.size())));
         const std::string_view value =
-            equals == std::string_view::npos ? std::string_view() : trimmed(row.substr(equals + 1));
+            equals == std::string_view::npos ? std::string_view() : trimmed(row.substr(equals + 1), blanks);
         if (key.empty() || value.empty())
             throw InputError(
                 fmt::format("{}:{}: \"{}\", wanted KEY = VALUE;", name, line, config::printable(row, 40)));

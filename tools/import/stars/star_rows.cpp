@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/import/stars/star_rows.hpp"
 
+#include "core/text/text.hpp"
 #include "core/units.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 
@@ -22,18 +23,13 @@ namespace {
 constexpr std::string_view no_place = "no position, or one that is not possible";
 constexpr std::string_view no_magnitude = "no magnitude";
 constexpr std::string_view too_short = "too few fields";
-
-std::string_view trimmed(std::string_view text) {
-    const auto from = text.find_first_not_of(" \t\r\"");
-    if (from == std::string_view::npos) return {};
-    return text.substr(from, text.find_last_not_of(" \t\r\"") - from + 1);
-}
+constexpr std::string_view blanks = " \t\r\"";
 
 std::vector<std::string_view> split_row(std::string_view line, char separator) {
     std::vector<std::string_view> fields;
     while (true) {
         const auto end = line.find(separator);
-        fields.push_back(trimmed(line.substr(0, end)));
+        fields.push_back(trimmed(line.substr(0, end), blanks));
         if (end == std::string_view::npos) return fields;
         line.remove_prefix(end + 1);
     }
@@ -45,7 +41,7 @@ double or_zero(double value) {
 
 std::uint64_t whole(std::string_view field) {
     std::uint64_t value = 0;
-    field = trimmed(field);
+    field = trimmed(field, blanks);
     std::from_chars(field.data(), field.data() + field.size(), value);
     return value;
 }
@@ -58,13 +54,13 @@ StarRow misplaced(std::string_view ra, std::string_view dec) {
 template<std::size_t Count>
 bool read_numbers(std::string_view line, std::array<double, Count>& values) {
     for (double& value : values) {
-        line = trimmed(line);
+        line = trimmed(line, blanks);
         const auto end = std::min(line.find_first_of(" \t"), line.size());
         value = star_number(line.substr(0, end));
         if (!std::isfinite(value)) return false;
         line.remove_prefix(end);
     }
-    return trimmed(line).empty();
+    return trimmed(line, blanks).empty();
 }
 
 /// Clamped polynomial of Riello et al. (2021).
@@ -80,7 +76,7 @@ double relation(const std::array<double, Count>& coefficients, double x, double 
 class CsvRows final : public StarRowReader {
 public:
     StarRow read(std::string_view line, std::uint64_t number) override {
-        line = trimmed(line);
+        line = trimmed(line, blanks);
         if (line.empty() || line.front() == '#') return StarRow::skip();
         const std::vector<std::string_view> fields = split_row(line, ',');
         if (!has_heading_) {
@@ -141,7 +137,7 @@ public:
         // Fields of the catalogue's table 2.1.1.
         constexpr std::size_t hip = 1, v = 5, ra = 8, dec = 9, parallax = 11, motion_ra = 12, motion_dec = 13,
                               colour = 37, type = 76, count = 77;
-        if (trimmed(line).empty()) return StarRow::skip();
+        if (trimmed(line, blanks).empty()) return StarRow::skip();
         const std::vector<std::string_view> fields = split_row(line, '|');
         if (fields.size() < count) return StarRow::refuse(too_short);
         CatalogueStar star;
@@ -169,7 +165,7 @@ public:
         // observed, of about 1991.5.
         constexpr std::size_t id = 0, ra = 2, dec = 3, motion_ra = 4, motion_dec = 5, bt = 17, vt = 19,
                               observed_ra = 24, observed_dec = 25, count = 26;
-        if (trimmed(line).empty()) return StarRow::skip();
+        if (trimmed(line, blanks).empty()) return StarRow::skip();
         const std::vector<std::string_view> fields = split_row(line, '|');
         if (fields.size() < count) return StarRow::refuse(too_short);
         CatalogueStar star;
@@ -199,7 +195,7 @@ public:
 class KstarsRows final : public StarRowReader {
 public:
     StarRow read(std::string_view line, std::uint64_t number) override {
-        if (trimmed(line).empty() || line.front() == '#') return StarRow::skip();
+        if (trimmed(line, blanks).empty() || line.front() == '#') return StarRow::skip();
         constexpr std::size_t least = 58;
         if (line.size() < least) return StarRow::refuse(too_short);
         const auto value = [&](std::size_t from, std::size_t to) {
@@ -216,7 +212,7 @@ public:
         star.magnitude_v = value(46, 51);
         if (std::isnan(star.magnitude_v)) return StarRow::refuse(no_magnitude);
         star.colour_b_v = value(51, 56);
-        set_type(trimmed(line.substr(56, 2)), star);
+        set_type(trimmed(line.substr(56, 2), blanks), star);
         star.id = number;
         return checked(star);
     }
@@ -227,7 +223,7 @@ public:
     explicit StarMapRows(const StarMapScale& scale) : scale_(scale) {}
 
     StarRow read(std::string_view line, std::uint64_t number) override {
-        if (trimmed(line).empty()) return StarRow::skip();
+        if (trimmed(line, blanks).empty()) return StarRow::skip();
         if (!has_count_) {
             has_count_ = true;
             if (!std::isnan(star_number(line))) return StarRow::skip();
@@ -257,7 +253,7 @@ private:
 } // namespace
 
 double star_number(std::string_view field) {
-    field = trimmed(field);
+    field = trimmed(field, blanks);
     if (field.starts_with('+')) field.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);

@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/text.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 
 #include <fmt/format.h>
@@ -35,24 +36,21 @@ struct NoMemory final : GenicamEngine::Memory {
     bool store(std::uint64_t /*address*/, std::span<const std::uint8_t> /*bytes*/) override { return false; }
 };
 
-std::string trimmed(const std::string& s) {
-    const std::size_t from = s.find_first_not_of(" \t\n"), to = s.find_last_not_of(" \t\n");
-    return from == std::string::npos ? std::string() : s.substr(from, to - from + 1);
-}
-
 } // namespace
 
 std::vector<XmlPreset> xml_presets_of(const std::string& values) {
     std::vector<XmlPreset> presets;
     for (std::size_t begin = 0; begin < values.size();) {
         const std::size_t end = std::min(values.find(',', begin), values.size());
-        const std::string item = values.substr(begin, end - begin);
+        constexpr std::string_view blanks = " \t\n";
+        const std::string_view item = std::string_view(values).substr(begin, end - begin);
         begin = end + 1;
-        if (trimmed(item).empty()) continue;
+        if (trimmed(item, blanks).empty()) continue;
         const std::size_t equals = item.find('=');
-        const bool has_value = equals != std::string::npos;
-        presets.push_back({trimmed(item), trimmed(item.substr(0, equals)),
-                           has_value ? trimmed(item.substr(equals + 1)) : "", has_value});
+        const bool has_value = equals != std::string_view::npos;
+        presets.push_back(
+            {std::string(trimmed(item, blanks)), std::string(trimmed(item.substr(0, equals), blanks)),
+             std::string(has_value ? trimmed(item.substr(equals + 1), blanks) : ""), has_value});
     }
     return presets;
 }
