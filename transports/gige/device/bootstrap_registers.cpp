@@ -13,7 +13,7 @@ namespace obscura::transports::gige {
 namespace {
 
 /// DeviceVersion.
-constexpr const char* device_version = "0.1.0";
+constexpr const char* device_version = OBSCURA_VERSION;
 constexpr std::uint32_t ns_ticks_per_s = 1'000'000'000;
 
 void constant(DeviceContext& d, std::string_view name, std::uint32_t address, std::uint32_t value) {
