@@ -49,7 +49,7 @@ host::CommandLine declare(Options& options) {
     line.summary = "lets test benches command the cameras of a daemon by SCPI and space packets";
     line.description =
         "Speaks SCPI over TCP and CCSDS space packets over UDP, and makes of them the calls of a daemon, whose configuration has [control]. "
-        "Neither knows passwords: whoever reaches a port may do what the port allows, so it listens at the loopback interface.";
+        "Neither has passwords: every program that reaches a port may use it, so it listens at the loopback interface.";
     line.option(
         "--socket", &options.socket, "PATH",
         "Command the daemon with this monitor.socket; needed where several daemons run on this machine");

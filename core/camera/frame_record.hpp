@@ -16,7 +16,7 @@
 namespace obscura {
 
 /// Chunks in the order of ChunkSelector and of the payload; the value is the bit in a selection. Instants in
-/// chunks are device time in ns. Lists have a head: u32 count and u32 0, but where it is told otherwise.
+/// chunks are device time in ns. Lists have a head, u32 count and u32 0, except where stated.
 enum class Chunk : std::uint8_t {
     timestamp,
     exposure_time,

@@ -127,7 +127,7 @@ void CallServer::start() {
         try {
             server_->run([this] { return stopping_.load(); });
         } catch (const std::exception& error) {
-            log_error("calls: none any more: {}", error.what());
+            log_error("calls: server stopped: {}", error.what());
         }
     });
 }

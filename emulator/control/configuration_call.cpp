@@ -80,7 +80,7 @@ service::Calls configuration_calls(SceneRequests& requests,
                      "FILE:LINE, default, scene.show for the scene that it shows, or configuration.set"},
                     {"file", "string", "", "The configuration file"},
                     {"sha256", "string", "",
-                     "Of the sorted lines KEY = VALUE: equal for configurations that do the same"}};
+                     "SHA-256 of the sorted lines KEY = VALUE: equal for configurations that do the same"}};
     service::Call set = service::call<Values>(
         set_configuration_name, service::Permission::admin,
         "Changes values of the configuration in use from the next frame on, all that are given or none: those that a reload can change, except scene.file. "

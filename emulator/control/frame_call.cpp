@@ -163,7 +163,7 @@ std::vector<service::Result> frame_results() {
     for (service::Result& result : frame_head_results())
         all.push_back(std::move(result));
     all.push_back({"config_sha256", "string", "",
-                   "Of the configuration in use when the frame is asked for, as in the call configuration"});
+                   "SHA-256 of the configuration in use at the request, as in the call configuration"});
     return all;
 }
 

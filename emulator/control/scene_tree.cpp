@@ -125,24 +125,23 @@ service::Call scene_tree_call(std::function<json(std::size_t camera)> describe) 
         [describe = std::move(describe)](const CameraNumber& which, service::Work& /*work*/) {
             return Answer{describe(which.camera)};
         });
-    call.results = {
-        {"name", "string", "", "Name of the scene"},
-        {"file", "string", "", "Its file"},
-        {"scene_time", "string", "", "Clock that it follows: daemon.scene_time"},
-        {"dated", "boolean", "", "Whether scene time 0 has a date"},
-        {"trajectory_s", "array of numbers", "s",
-         "Scene times of the points of trajectories in the scene, increasing, the first 1000"},
-        {"sun", "map", "", "shines; moves"},
-        {"camera", "map", "",
-         "As a body; width and height of the sensor, px; focal_length_m; projection; "
-         "field_of_view_deg, across and down, without distortion"},
-        {"bodies", "array of maps", "",
-         "name; parent, \"\" for the inertial frame; "
-         "motion in the scene: fixed, trajectory or file, spinning, aimed at a body; "
-         "source of its pose now: scene or simulator; poses_received; "
-         "newest_pose_s, scene time of the newest one; shape, material"},
-        {"lamps", "array of maps", "", "As bodies, without shape and material"},
-        {"simulator", "map", "", "listen, connections, poses, steps, refused; nil: nobody can send poses"}};
+    call.results = {{"name", "string", "", "Name of the scene"},
+                    {"file", "string", "", "Its file"},
+                    {"scene_time", "string", "", "Clock that it follows: daemon.scene_time"},
+                    {"dated", "boolean", "", "Whether scene time 0 has a date"},
+                    {"trajectory_s", "array of numbers", "s",
+                     "Scene times of the points of trajectories in the scene, increasing, the first 1000"},
+                    {"sun", "map", "", "shines; moves"},
+                    {"camera", "map", "",
+                     "As a body; width and height of the sensor, px; focal_length_m; projection; "
+                     "field_of_view_deg, across and down, without distortion"},
+                    {"bodies", "array of maps", "",
+                     "name; parent, \"\" for the inertial frame; "
+                     "motion in the scene: fixed, trajectory or file, spinning, aimed at a body; "
+                     "source of its pose now: scene or simulator; poses_received; "
+                     "newest_pose_s, scene time of the newest one; shape, material"},
+                    {"lamps", "array of maps", "", "As bodies, without shape and material"},
+                    {"simulator", "map", "", "listen, connections, poses, steps, refused; nil: no port"}};
     return call;
 }
 

@@ -98,7 +98,7 @@ std::vector<service::Result> state_results() {
     return {{"daemon", "map", "",
              "Version, process, configuration, time since the start, memory, lines of the log"},
             {"ptp", "map", "", "With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock"},
-            {"heartbeats", "array of maps", "", "Of each supervised thread: name, age_s, silent"},
+            {"heartbeats", "array of maps", "", "Supervised threads: name, age_s, silent"},
             {"threads", "array of maps", "", "Scheduling, cores and processor time of each thread"},
             {"cameras", "array of maps", "",
              "State, verdict, counters and latencies of each camera, see docs/control.md"}};
@@ -144,7 +144,7 @@ void Monitor::start() {
         log_info("monitor: {}", socket_->path().string());
     } catch (const HardwareError& error) {
         if (!automatic) throw;
-        log_warning("monitor: none: {}", error.what());
+        log_warning("monitor: socket not opened: {}", error.what());
         socket_.reset();
     }
 }

@@ -17,7 +17,7 @@ bool Admission::admits(std::uint32_t ip, std::string_view who) const {
         const in_addr address{htonl(ip)};
         std::array<char, INET_ADDRSTRLEN> text{};
         ::inet_ntop(AF_INET, &address, text.data(), text.size());
-        log_warning("instrument: {} of {} refused, --allow does not name it", who, text.data());
+        log_warning("instrument: {} connection from {} refused: not in --allow", who, text.data());
     }
     return false;
 }
