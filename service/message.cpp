@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/message.hpp"
 
+#include "core/text/utf8.hpp"
 #include "service/failure.hpp"
 
 #include <fmt/format.h>
 
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -35,25 +37,6 @@ Integer read(std::string_view text, std::size_t at) {
 
 [[noreturn]] void refuse(const std::string& what) {
     throw Failure(FailureCode::bad_message, what);
-}
-
-/// Whether `text` is UTF-8 without overlong forms and surrogates (RFC 3629).
-bool is_utf8(std::string_view text) {
-    for (std::size_t at = 0; at < text.size();) {
-        const auto first = static_cast<unsigned char>(text[at++]);
-        if (first < 0x80) continue;
-        const std::size_t more = first >= 0xF0 ? 3 : first >= 0xE0 ? 2 : 1;
-        if (first < 0xC2 || first > 0xF4 || more > text.size() - at) return false;
-        std::uint32_t code = first & (0x3FU >> more);
-        for (std::size_t i = 0; i < more; ++i) {
-            const auto next = static_cast<unsigned char>(text[at++]);
-            if ((next & 0xC0U) != 0x80) return false;
-            code = code << 6 | (next & 0x3FU);
-        }
-        constexpr std::uint32_t least[] = {0x80, 0x800, 0x10000};
-        if (code < least[more - 1] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) return false;
-    }
-    return true;
 }
 
 /// Builds the head while the library parses; ends the parsing, and so its recursion, at the first violation.
@@ -178,6 +161,24 @@ json read_head(std::string_view text, const Limits& limits) {
     if (!builder.why.empty()) refuse("head of a message: " + builder.why);
     if (!whole) refuse("head of a message: no MessagePack");
     return std::move(builder.head);
+}
+
+json head_of(const nlohmann::ordered_json& value) {
+    json head;
+    if (value.is_object()) {
+        head = json::object();
+        for (const auto& [name, member] : value.items())
+            head[as_utf8(name)] = head_of(member);
+    } else if (value.is_array()) {
+        head = json::array();
+        for (const nlohmann::ordered_json& element : value)
+            head.push_back(head_of(element));
+    } else if (value.is_string()) {
+        head = as_utf8(value.get_ref<const std::string&>());
+    } else if (!value.is_number_float() || std::isfinite(value.get<double>())) {
+        head = value;
+    }
+    return head;
 }
 
 json list_arrays(const std::vector<Array>& arrays) {

@@ -44,6 +44,10 @@ struct Frame {
 /// goes on behind the map, is no UTF-8 or exceeds the limits of depth or number of values.
 [[nodiscard]] nlohmann::json read_head(std::string_view text, const Limits& limits);
 
+/// A value as a head carries it and as its JSON text would say: numbers that are not finite are nil, bytes
+/// that are no UTF-8 are replaced.
+[[nodiscard]] nlohmann::json head_of(const nlohmann::ordered_json& value);
+
 /// A message on its way to a client: frame and head in `start`, then the arrays.
 struct Outgoing {
     std::string start;

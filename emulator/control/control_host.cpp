@@ -38,12 +38,12 @@ public:
             service::call<NoArguments>(
                 "state", Permission::view,
                 "Tells what the daemon and its cameras do, as the verb `state` of the monitor does.",
-                [this](const NoArguments&, Work& /*work*/) { return Answer{*host_.state()}; }),
+                [this](const NoArguments&, Work& /*work*/) { return Answer{host_.state()}; }),
             service::call<Events>(
                 "events", Permission::view,
                 "Lists the latest lines of the daemon's log, oldest first, no more than 64 KiB of them: ask again with the last id.",
                 [](const Events& a, Work& /*work*/) {
-                    return Answer{json::parse(Monitor::events(a.after, a.most))};
+                    return Answer{service::head_of(Monitor::events(a.after, a.most))};
                 }),
         };
         calls[0].results = state_results();
@@ -102,7 +102,6 @@ ControlHost::ControlHost(std::string version, CameraCalls::Cameras cameras, std:
 }
 
 void ControlHost::tick() {
-    state_.reset();
     configuration_.reset();
     asked_.serve();
 }
@@ -111,18 +110,17 @@ void ControlHost::ask(const std::function<void()>& work) {
     if (!asked_.run(work)) throw service::Failure(service::FailureCode::not_now, "the daemon is stopping");
 }
 
-std::shared_ptr<const json> ControlHost::state() {
-    std::shared_ptr<const json> state;
-    // However many ask in one tick, it is made once.
-    ask([this, &state] {
-        if (!state_) {
-            auto made = std::make_shared<json>(json::parse(sources_.state()));
-            (*made)["scenes"] = {{"shown", scene_requests_.shown()}, {"refused", scene_requests_.refused()}};
-            state_ = std::move(made);
-        }
-        state = state_;
+json ControlHost::state() {
+    std::shared_ptr<const nlohmann::ordered_json> state;
+    std::uint64_t shown = 0, refused = 0;
+    ask([&] {
+        state = sources_.state();
+        shown = scene_requests_.shown();
+        refused = scene_requests_.refused();
     });
-    return state;
+    json head = service::head_of(*state);
+    head["scenes"] = {{"shown", shown}, {"refused", refused}};
+    return head;
 }
 
 std::shared_ptr<const json> ControlHost::configuration() {

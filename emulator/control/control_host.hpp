@@ -24,7 +24,7 @@ class ControlHost final : public service::Host {
 public:
     /// What tick() asks of the daemon.
     struct Sources {
-        std::function<std::string()> state;            ///< Monitor::state()
+        std::function<std::shared_ptr<const nlohmann::ordered_json>()> state; ///< Monitor::state()
         std::function<std::filesystem::path()> scene;  ///< file of the scene that is shown
         std::function<nlohmann::json()> configuration; ///< describe_configuration() of that in use
         ProbeSourceOf probe_source;                    ///< CameraUnit::probe_source()
@@ -46,8 +46,9 @@ public:
     }
     [[nodiscard]] SceneRequests& scene_requests() noexcept { return scene_requests_; }
 
-    /// The state of the daemon, not older than the call. Throws Failure. Thread-safe; not on the main thread.
-    [[nodiscard]] std::shared_ptr<const nlohmann::json> state();
+    /// The state of the daemon, not older than the call, as the head of an answer. Throws Failure.
+    /// Thread-safe; not on the main thread.
+    [[nodiscard]] nlohmann::json state();
     /// The answer to "configuration". Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::shared_ptr<const nlohmann::json> configuration();
     /// File of the scene that is shown. Throws Failure. Thread-safe; not on the main thread.
@@ -76,7 +77,7 @@ private:
     const Sources sources_;
     WorkQueue asked_; ///< of the main thread
     /// Main thread: of this tick; null: not yet made.
-    std::shared_ptr<const nlohmann::json> state_, configuration_;
+    std::shared_ptr<const nlohmann::json> configuration_;
 };
 
 } // namespace obscura::emulator

@@ -288,24 +288,24 @@ std::string Daemon::summary() const {
     return lines;
 }
 
-std::string Daemon::statistics_of(std::size_t camera) const {
+nlohmann::ordered_json Daemon::statistics_of(std::size_t camera) const {
     for (const auto& line : lines_)
         for (const CameraUnit* one : line->units)
             if (one == units_.at(camera).get())
-                return one->statistics_json({.name = line->source_name(),
-                                             .clock = line->clock_state(),
-                                             .lockstep = line->lockstep(),
-                                             .refused = line->refused(),
-                                             .offset_ns = line->offset_ns()});
-    return units_.at(camera)->statistics_json({});
+                return one->statistics({.name = line->source_name(),
+                                        .clock = line->clock_state(),
+                                        .lockstep = line->lockstep(),
+                                        .refused = line->refused(),
+                                        .offset_ns = line->offset_ns()});
+    return units_.at(camera)->statistics({});
 }
 
 std::string Daemon::statistics_json() const {
-    if (units_.size() == 1) return statistics_of(0);
+    if (units_.size() == 1) return statistics_of(0).dump(2) + "\n";
     nlohmann::ordered_json json;
     json["cameras"] = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < units_.size(); ++i) {
-        nlohmann::ordered_json one = nlohmann::ordered_json::parse(statistics_of(i));
+        nlohmann::ordered_json one = statistics_of(i);
         one["address"] = units_[i]->address();
         json["cameras"].push_back(std::move(one));
     }

@@ -14,6 +14,8 @@
 #include "sync/ptp_monitor.hpp"
 #include "sync/sync.hpp"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -75,9 +77,9 @@ public:
     [[nodiscard]] std::string summary() const;
     /// Log messages of real-time threads that found no room.
     [[nodiscard]] std::uint64_t lost_messages() const noexcept { return log_.lost(); }
-    /// Counters and latencies of one camera as JSON.
-    [[nodiscard]] std::string statistics_of(std::size_t camera) const;
-    /// Counters and latencies as JSON; for several cameras a list "cameras" with the address of each.
+    /// Counters and latencies of one camera, see statistics_json().
+    [[nodiscard]] nlohmann::ordered_json statistics_of(std::size_t camera) const;
+    /// Counters and latencies as JSON text; for several cameras a list "cameras" with the address of each.
     [[nodiscard]] std::string statistics_json() const;
 
     /// Scheduling of its threads, as granted.

@@ -70,6 +70,10 @@ std::string utc_text(std::int64_t ns) {
     return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(seconds), ns % ns_per_s / ns_per_ms);
 }
 
+std::string text_of(const Json& answer) {
+    return answer.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 /// `line0`: kind of the source of Line0; `clock`: state of its clock.
 AwaitedTrigger awaited_of(const TriggerChoice& trigger, const std::string& line0, const std::string& clock) {
     AwaitedTrigger awaited;
@@ -120,10 +124,12 @@ Monitor::Monitor(Daemon& daemon, std::string version)
     verbs_ = {
         monitor_verb<NoParameters>(
             "state", "Tells what the daemon and its cameras do: counters, latencies and the last minute",
-            state_results(), [this](const NoParameters&) { return state(); }),
-        monitor_verb<EventRange>("events", "Lists the latest lines of the daemon's log, oldest first",
-                                 events_results(),
-                                 [](const EventRange& range) { return events(range.after, range.most); }),
+            state_results(), [this](const NoParameters&) { return text_of(*state()); }),
+        monitor_verb<EventRange>(
+            "events", "Lists the latest lines of the daemon's log, oldest first", events_results(),
+            [](const EventRange& range) {
+                return events(range.after, range.most).dump(-1, ' ', true, Json::error_handler_t::replace);
+            }),
     };
     std::vector<transports::WatchTransport*> watched;
     for (std::size_t i = 0; i < daemon.camera_count(); ++i)
@@ -151,7 +157,7 @@ void Monitor::start() {
 
 void Monitor::tick() {
     const Time time = now();
-    state_.clear();
+    state_.reset();
     for (std::size_t i = 0; i < recent_.size(); ++i)
         recent_[i].note(time, daemon_.camera(i).counters(), daemon_.camera(i).acquiring());
     beats_.note(time, daemon_.heartbeats());
@@ -162,12 +168,12 @@ void Monitor::tick() {
     if (socket_) socket_->serve(time);
 }
 
-std::string Monitor::state() {
-    if (state_.empty()) state_ = made_state();
+std::shared_ptr<const Json> Monitor::state() {
+    if (!state_) state_ = std::make_shared<const Json>(made_state());
     return state_;
 }
 
-std::string Monitor::made_state() const {
+Json Monitor::made_state() const {
     const Time time = now();
     Json state;
     state["daemon"] = {{"version", version_},
@@ -204,7 +210,7 @@ std::string Monitor::made_state() const {
         const FramePool& pool = daemon_.unit(i).pool();
         const FrameOutcomes recent = recent_[i].until(time, camera.counters());
         const std::string controller = daemon_.controller(i);
-        const Json statistics = Json::parse(daemon_.statistics_of(i));
+        Json statistics = daemon_.statistics_of(i);
         const TriggerChoice trigger = camera.settings().frame_trigger;
         AwaitedTrigger awaited = awaited_of(trigger, statistics["clock"]["source"].get<std::string>(),
                                             statistics["clock"]["state"].get<std::string>());
@@ -231,10 +237,10 @@ std::string Monitor::made_state() const {
         one.update(statistics);
         state["cameras"].push_back(std::move(one));
     }
-    return state.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return state;
 }
 
-std::string Monitor::events(std::uint64_t after, std::uint64_t most) {
+Json Monitor::events(std::uint64_t after, std::uint64_t most) {
     Json list = Json::array();
     std::size_t bytes = 0;
     // 64 KiB, as readers of lines expect. Room for the longest one, each character of which may take six
@@ -250,7 +256,7 @@ std::string Monitor::events(std::uint64_t after, std::uint64_t most) {
         if (bytes > enough) break;
         list.push_back(std::move(one));
     }
-    return Json{{"events", std::move(list)}}.dump(-1, ' ', true, Json::error_handler_t::replace);
+    return {{"events", std::move(list)}};
 }
 
 } // namespace obscura::emulator

@@ -9,7 +9,10 @@
 #include "emulator/monitor/monitor_verbs.hpp"
 #include "emulator/monitor/recent_frames.hpp"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,13 +49,15 @@ public:
     /// Takes a snapshot of the counters each second, and answers what has been asked.
     void tick();
 
-    /// The answer to "state": see docs/control.md. Made once between two calls of tick(), however many ask.
-    [[nodiscard]] std::string state();
+    /// The answer to "state": see docs/control.md. Made once between two calls of tick(), however many ask;
+    /// who sends it makes its text, on any thread.
+    [[nodiscard]] std::shared_ptr<const nlohmann::ordered_json> state();
     /// The answer to "events": log lines with ids above `after`, oldest first, at most `most`.
-    [[nodiscard]] static std::string events(std::uint64_t after, std::uint64_t most);
+    /// Thread-safe.
+    [[nodiscard]] static nlohmann::ordered_json events(std::uint64_t after, std::uint64_t most);
 
 private:
-    [[nodiscard]] std::string made_state() const;
+    [[nodiscard]] nlohmann::ordered_json made_state() const;
 
     Daemon& daemon_;
     const std::string version_;
@@ -63,7 +68,7 @@ private:
     BeatTimes beats_;
     std::vector<std::string> advice_; ///< see isolation_advice(); of the first tick()
     bool advised_ = false;
-    std::string state_; ///< since the last tick(); empty: not made yet
+    std::shared_ptr<const nlohmann::ordered_json> state_; ///< since the last tick(); null: not made yet
     std::vector<MonitorVerb> verbs_;
     std::optional<MonitorSocket> socket_;
 };

@@ -7,6 +7,7 @@
 #include "service/tokens.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -298,9 +299,9 @@ std::string CameraUnit::summary() const {
     return summary_line(*camera_, transports_);
 }
 
-std::string CameraUnit::statistics_json(const SourceState& source) const {
-    return statistics_to_json(*camera_, *releaser_, transports_, recent_timing_.stages(), source,
-                              imaging_->maker->run());
+nlohmann::ordered_json CameraUnit::statistics(const SourceState& source) const {
+    return statistics_json(*camera_, *releaser_, transports_, recent_timing_.stages(), source,
+                           imaging_->maker->run());
 }
 
 } // namespace obscura::emulator

@@ -21,6 +21,8 @@
 #include "transports/transport.hpp"
 #include "transports/watch/watch.hpp"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
@@ -119,7 +121,7 @@ public:
     [[nodiscard]] std::string summary() const;
     /// Run word of the current or latest acquisition, see FrameMaker::run().
     [[nodiscard]] std::uint32_t run() const noexcept { return imaging_->maker->run(); }
-    [[nodiscard]] std::string statistics_json(const SourceState& source) const;
+    [[nodiscard]] nlohmann::ordered_json statistics(const SourceState& source) const;
     /// Heartbeats of all threads except the pipeline's (render, detector), for which see Camera::alive().
     [[nodiscard]] Heartbeats heartbeats() const;
     [[nodiscard]] Camera& camera() noexcept { return *camera_; }

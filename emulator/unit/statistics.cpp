@@ -64,9 +64,9 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
     return line;
 }
 
-std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                               const TransportList& transports, const StageLatencies& stages,
-                               const SourceState& source, std::uint32_t run) {
+nlohmann::ordered_json statistics_json(const Camera& camera, const Releaser& releaser,
+                                       const TransportList& transports, const StageLatencies& stages,
+                                       const SourceState& source, std::uint32_t run) {
     const CameraCounters c = camera.counters();
     Json json;
     json["clock"] = {{"state", source.lockstep ? "lockstep" : name_of(source.clock)},
@@ -89,7 +89,7 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
     json["transports"] = Json::object();
     for (const auto& transport : transports)
         json["transports"][std::string(transport->kind())] = to_json(transport->statistics());
-    return json.dump(2) + "\n";
+    return json;
 }
 
 } // namespace obscura::emulator

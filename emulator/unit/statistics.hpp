@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counters and latencies of a run as one line of text and as JSON.
+// Counters and latencies of a run as one line of text and as a JSON value.
 #pragma once
 
 #include "core/camera/camera_counters.hpp"
@@ -43,8 +43,9 @@ void add_metrics(nlohmann::ordered_json& state, const SimulatorCounters& counter
 ///  to each of latency_bounds_us}, ...},
 ///  "stages_us": {"trigger_seen": the same, "render", "detector", "first_byte": {"gige": ...}},
 ///  "transports": {"gige": {...}, ...}}
-[[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                                             const TransportList& transports, const StageLatencies& stages,
-                                             const SourceState& source, std::uint32_t run);
+[[nodiscard]] nlohmann::ordered_json statistics_json(const Camera& camera, const Releaser& releaser,
+                                                     const TransportList& transports,
+                                                     const StageLatencies& stages, const SourceState& source,
+                                                     std::uint32_t run);
 
 } // namespace obscura::emulator

@@ -52,6 +52,18 @@ const std::string map_of_a = "\x81\xA1"
 
 } // namespace
 
+TEST_CASE("a value becomes the head that its JSON text would become", "[service]") {
+    using Ordered = nlohmann::ordered_json;
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    const Ordered value{{"z", 1},
+                        {"a", {{"late", -2}, {"early", 18446744073709551615U}, {"share", 0.1F}}},
+                        {"path", "/s\xff/\xe2\x82"},
+                        {"rows", {1.5, none, std::numeric_limits<double>::infinity(), nullptr, true}},
+                        {"k\xc0y", Ordered::object()},
+                        {"none", Ordered::array()}};
+    CHECK(head_of(value) == json::parse(value.dump(-1, ' ', false, Ordered::error_handler_t::replace)));
+}
+
 TEST_CASE("a head is read back as it was sent, numbers to the last bit", "[service]") {
     const json head{{"call", "render"},
                     {"nil", nullptr},
