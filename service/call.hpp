@@ -64,7 +64,8 @@ struct Answer {
     nlohmann::json head = nlohmann::json::object();
     std::vector<Array> arrays{};
     std::shared_ptr<void> keep{};
-    int descriptor = -1; ///< of a file that the client gets, over a Unix socket; -1: none
+    /// Files that the client gets, over a Unix socket only: max_descriptors at most. `keep` keeps them open.
+    std::vector<int> descriptors{};
 };
 
 inline void Work::push(Answer /*frame*/) {}

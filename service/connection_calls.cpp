@@ -49,7 +49,7 @@ Answer Connection::open_memory(std::size_t slots, std::uint64_t bytes) {
     }
     Answer answer{{{"slots", slots}, {"stride", ring_->stride()}, {"head_bytes", SharedRing::head_bytes}}};
     answer.keep = ring_;
-    answer.descriptor = ring_->file();
+    answer.descriptors = {ring_->file()};
     return answer;
 }
 

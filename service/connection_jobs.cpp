@@ -149,10 +149,20 @@ Outgoing Connection::message_of(MessageKind kind, Job& job, Answer answer) {
                 answer.arrays.clear();
             }
     }
+    if (!answer.descriptors.empty()) {
+        const std::string_view name = job.call.load()->name;
+        if (!access_.passes_files)
+            throw Failure(FailureCode::forbidden,
+                          fmt::format("{}: files are handed over at a Unix socket only", name));
+        if (answer.descriptors.size() > max_descriptors)
+            throw Failure(FailureCode::too_large,
+                          fmt::format("{}: more than {} files", name, max_descriptors));
+        answer.head["descriptors"] = answer.descriptors.size();
+    }
     Outgoing message = make_message(kind, job.id, std::move(answer.head), std::move(answer.arrays));
     message.keep = std::move(answer.keep);
     if (!message.arrays.empty()) message.share = std::move(job.share);
-    message.descriptor = answer.descriptor;
+    message.descriptors = std::move(answer.descriptors);
     return message;
 }
 

@@ -48,13 +48,15 @@ struct Frame {
 /// that are no UTF-8 are replaced.
 [[nodiscard]] nlohmann::json head_of(const nlohmann::ordered_json& value);
 
+/// Most descriptors of a message.
+constexpr std::size_t max_descriptors = 4;
 /// A message on its way to a client: frame and head in `start`, then the arrays.
 struct Outgoing {
     std::string start;
     std::vector<Array> arrays{};
-    std::shared_ptr<void> keep{}; ///< lives until the message has been sent
-    MemoryAccount::Share share{}; ///< of the arrays
-    int descriptor = -1;          ///< goes along with the first byte, over a Unix socket; -1: none
+    std::shared_ptr<void> keep{};   ///< lives until the message has been sent
+    MemoryAccount::Share share{};   ///< of the arrays
+    std::vector<int> descriptors{}; ///< go along with the first byte, over a Unix socket
 };
 /// Bytes between an array that ends at `offset` of the body and the next: arrays begin at multiples of 8.
 [[nodiscard]] constexpr std::size_t padding(std::uint64_t offset) {

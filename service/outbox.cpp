@@ -81,15 +81,16 @@ bool Outbox::send(int socket, std::size_t most) {
         msghdr message{};
         message.msg_iov = parts.data();
         message.msg_iovlen = parts.size();
-        alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))]{};
-        if (offset_ == 0 && first.message.descriptor >= 0) {
+        alignas(cmsghdr) char control[CMSG_SPACE(max_descriptors * sizeof(int))]{};
+        const std::size_t files = sizeof(int) * first.message.descriptors.size();
+        if (offset_ == 0 && files > 0) {
             message.msg_control = control;
-            message.msg_controllen = sizeof control;
+            message.msg_controllen = CMSG_SPACE(files);
             cmsghdr* const rights = CMSG_FIRSTHDR(&message);
             rights->cmsg_level = SOL_SOCKET;
             rights->cmsg_type = SCM_RIGHTS;
-            rights->cmsg_len = CMSG_LEN(sizeof(int));
-            std::memcpy(CMSG_DATA(rights), &first.message.descriptor, sizeof(int));
+            rights->cmsg_len = CMSG_LEN(files);
+            std::memcpy(CMSG_DATA(rights), first.message.descriptors.data(), files);
         }
         const ssize_t bytes = ::sendmsg(socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (bytes < 0) { // a broken connection is an event of its own

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C client beside servers that keep to the protocol, are late, or vanish.
+#include "core/io/file_descriptor.hpp"
 #include "service/tokens.hpp"
 #include "tests/clients/c_client.hpp"
 #include "tests/clients/fake_server.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/service_bench.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -11,6 +16,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -284,6 +290,54 @@ TEST_CASE("frames of a stream come one by one, each for a credit", "[clients]") 
     REQUIRE(obscura_begin(client.get(), "stream", nullptr) == OBSCURA_OK);
     CHECK(obscura_next(client.get(), -1, &raw) == OBSCURA_LOST);
     CHECK(raw == nullptr);
+}
+
+TEST_CASE("files of an answer are those that came with it", "[clients]") {
+    const FakeServer server([&](const FakeConnection& connection) {
+        connection.greet();
+        std::vector<int> ends(2), more(20);
+        REQUIRE(::pipe(ends.data()) == 0);
+        const auto first = connection.read();
+        connection.answer(first.id, {{"number", 1}});
+        const auto second = connection.read();
+        connection.send(FakeConnection::message(MessageKind::event, second.id, {{"event", "progress"}}));
+        connection.send_files(FakeConnection::message(MessageKind::answer, second.id, {{"descriptors", 2}}),
+                              ends);
+        const auto third = connection.read();
+        for (int& each : more)
+            each = ends[0];
+        connection.send_files(FakeConnection::message(MessageKind::answer, third.id, {{"descriptors", 20}}),
+                              more);
+        for (const int end : ends)
+            ::close(end);
+        connection.wait_for_end();
+    });
+    const auto count_files = [] {
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+    };
+    const auto before = count_files();
+    {
+        const Client client = connect(server);
+        obscura_answer* raw = nullptr;
+        REQUIRE(obscura_call(client.get(), "plain", nullptr, &raw) == OBSCURA_OK);
+        CHECK(obscura_take_descriptor(Answer(raw).get(), 0) == -1);
+        REQUIRE(obscura_call(client.get(), "ring", nullptr, &raw) == OBSCURA_OK);
+        const Answer ring(raw);
+        const obscura::FileDescriptor reads(obscura_take_descriptor(raw, 0)),
+            writes(obscura_take_descriptor(raw, 1));
+        CHECK(obscura_take_descriptor(raw, 0) == -1);
+        CHECK(obscura_take_descriptor(raw, 2) == -1);
+        REQUIRE(::write(writes.get(), "x", 1) == 1);
+        char byte = 0;
+        CHECK(::read(reads.get(), &byte, 1) == 1);
+        CHECK(byte == 'x');
+        CHECK((::fcntl(reads.get(), F_GETFD) & FD_CLOEXEC) != 0);
+        // More than a client keeps.
+        REQUIRE(obscura_call(client.get(), "many", nullptr, &raw) == OBSCURA_OK);
+        const Answer many(raw);
+        CHECK(obscura_take_descriptor(raw, 8) == -1);
+    }
+    until([&] { return count_files() <= before; }); // the server's side closes on its thread
 }
 
 TEST_CASE("progress is told, and cancels if it is wished", "[clients]") {

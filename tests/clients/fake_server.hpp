@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -19,6 +20,7 @@
 #include <string_view>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace obscura::test {
 
@@ -46,6 +48,22 @@ public:
             if (sent <= 0) return;
             text.remove_prefix(static_cast<std::size_t>(sent));
         }
+    }
+    /// As send(), with files that go along with the first byte.
+    void send_files(std::string_view text, const std::vector<int>& files) const {
+        iovec part{const_cast<char*>(text.data()), 1};
+        std::vector<char> control(CMSG_SPACE(files.size() * sizeof(int)));
+        msghdr message{};
+        message.msg_iov = &part;
+        message.msg_iovlen = 1;
+        message.msg_control = control.data();
+        message.msg_controllen = control.size();
+        cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+        rights->cmsg_level = SOL_SOCKET;
+        rights->cmsg_type = SCM_RIGHTS;
+        rights->cmsg_len = CMSG_LEN(files.size() * sizeof(int));
+        std::memcpy(CMSG_DATA(rights), files.data(), files.size() * sizeof(int));
+        if (::sendmsg(socket_, &message, MSG_NOSIGNAL) == 1) send(text.substr(1));
     }
     void answer(std::uint32_t id, const nlohmann::json& head = nlohmann::json::object(),
                 std::string_view body = {}) const {

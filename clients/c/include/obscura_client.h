@@ -44,7 +44,7 @@ extern "C" {
 
 /** Version of this interface. A larger minor number adds to it, a larger major number breaks it. */
 #define OBSCURA_CLIENT_VERSION_MAJOR 1
-#define OBSCURA_CLIENT_VERSION_MINOR 1
+#define OBSCURA_CLIENT_VERSION_MINOR 2
 
 /** A connection and its scene. */
 typedef struct obscura_client obscura_client;
@@ -260,7 +260,10 @@ OBSCURA_API size_t obscura_array_count(const obscura_answer* answer);
 OBSCURA_API const obscura_array* obscura_array_at(const obscura_answer* answer, size_t number);
 /** Array by name; NULL: there is none. */
 OBSCURA_API const obscura_array* obscura_array_find(const obscura_answer* answer, const char* name);
-/** Frees the answer with its map and arrays. NULL is ignored. */
+/** Takes a file that a server handed over with its answer, over a Unix socket, such as the memory of the call
+ * `ring`: the caller closes it. -1: there is no file of that number, or it has been taken. Since 1.2. */
+OBSCURA_API int obscura_take_descriptor(obscura_answer* answer, size_t number);
+/** Frees the answer with its map and arrays, and closes its files. NULL is ignored. */
 OBSCURA_API void obscura_answer_free(obscura_answer* answer);
 
 /* Values: makers. Where memory is short they return NULL, which makes a map or array that it is put into

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "answer.h"
 
+#include "transport.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,6 +11,8 @@ struct obscura_answer {
     unsigned char* body;
     obscura_array* arrays;
     size_t count;
+    int files[OC_MOST_FILES]; /**< -1: taken out */
+    size_t file_count;
 };
 
 /** Bytes of an element of that type; 0: none that is known. */
@@ -81,6 +85,20 @@ obscura_answer* oc_answer_new(obscura_value* map, unsigned char* body, size_t bo
     return NULL;
 }
 
+void oc_answer_take_files(obscura_answer* answer, oc_files* files) {
+    const int64_t wanted = obscura_as_int(obscura_find(answer->map, "descriptors"), 0);
+    if (wanted <= 0) return;
+    const size_t most = wanted < OC_MOST_FILES ? (size_t)wanted : OC_MOST_FILES;
+    answer->file_count = oc_take_files(files, answer->files, most);
+}
+
+int obscura_take_descriptor(obscura_answer* answer, size_t number) {
+    if (answer == NULL || number >= answer->file_count) return -1;
+    const int file = answer->files[number];
+    answer->files[number] = -1;
+    return file;
+}
+
 obscura_value* oc_answer_take_map(obscura_answer* answer) {
     obscura_value* map = answer->map;
     answer->map = NULL;
@@ -107,6 +125,8 @@ const obscura_array* obscura_array_find(const obscura_answer* answer, const char
 
 void obscura_answer_free(obscura_answer* answer) {
     if (answer == NULL) return;
+    for (size_t i = 0; i < answer->file_count; ++i)
+        oc_close(&answer->files[i]);
     obscura_value_free(answer->map);
     free(answer->body);
     free(answer->arrays);

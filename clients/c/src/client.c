@@ -190,6 +190,7 @@ static obscura_status take_arrays(obscura_client* client, obscura_value* head, o
     obscura_answer* made = oc_answer_new(head, in->body, in->body_bytes, &why);
     in->body = NULL;
     if (made == NULL) return oc_lose(client, "%s: %s", client->address, why);
+    oc_answer_take_files(made, &client->files);
     if (answer != NULL)
         *answer = made;
     else
@@ -355,6 +356,8 @@ void obscura_close(obscura_client* client) {
     oc_close(&client->wake[0]);
     oc_close(&client->wake[1]);
     oc_server_end(&client->server, NULL, 0);
+    while (client->files.count > 0)
+        oc_close(&client->files.descriptors[--client->files.count]);
     oc_receive_next(&client->in);
     obscura_answer_free(client->hello);
     free(client->address);

@@ -15,6 +15,13 @@ typedef struct oc_server {
     char folder[256]; /**< of its socket */
 } oc_server;
 
+/** Files that came with messages and belong to answers that are not made yet, oldest first. */
+enum { OC_MOST_FILES = 8 };
+typedef struct oc_files {
+    int descriptors[OC_MOST_FILES];
+    size_t count;
+} oc_files;
+
 /** Message that arrives. */
 typedef struct oc_incoming {
     unsigned char early[4096]; /**< what was read ahead: frame, head, beginning of the body */
@@ -38,6 +45,7 @@ struct obscura_client {
     int owes_credit;  /**< a frame of the stream in progress was taken */
     double news_s;    /**< time at which the server was heard of last, or the request began */
     oc_incoming in;
+    oc_files files;
     obscura_progress progress;
     void* context;
     obscura_answer* hello;

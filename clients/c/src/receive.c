@@ -83,7 +83,7 @@ int oc_receive(obscura_client* client) {
         }
         unsigned char* to = to_body ? in->body + in->body_got : in->early + in->early_end;
         const size_t room = to_body ? in->body_bytes - in->body_got : sizeof in->early - in->early_end;
-        const ssize_t got = recv(client->socket, to, room, 0);
+        const ssize_t got = oc_receive_some(client->socket, to, room, &client->files);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return 0;
         if (got <= 0) {

@@ -11,9 +11,14 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
+
+#ifndef MSG_CMSG_CLOEXEC
+#define MSG_CMSG_CLOEXEC 0
+#endif
 
 double oc_now_s(void) {
     struct timespec now;
@@ -57,6 +62,41 @@ int oc_pipe(int ends[2]) {
     oc_close(&ends[0]);
     oc_close(&ends[1]);
     return 0;
+}
+
+size_t oc_take_files(oc_files* from, int* to, size_t most) {
+    const size_t taken = from->count < most ? from->count : most;
+    memcpy(to, from->descriptors, taken * sizeof *to);
+    from->count -= taken;
+    memmove(from->descriptors, from->descriptors + taken, from->count * sizeof *to);
+    return taken;
+}
+
+ssize_t oc_receive_some(int descriptor, void* to, size_t room, oc_files* files) {
+    union {
+        struct cmsghdr aligned;
+        char bytes[CMSG_SPACE(OC_MOST_FILES * sizeof(int))];
+    } control;
+    struct iovec part = {.iov_base = to, .iov_len = room};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    const ssize_t got = recvmsg(descriptor, &message, MSG_CMSG_CLOEXEC);
+    if (got < 0) return got;
+    for (struct cmsghdr* each = CMSG_FIRSTHDR(&message); each != NULL; each = CMSG_NXTHDR(&message, each)) {
+        if (each->cmsg_level != SOL_SOCKET || each->cmsg_type != SCM_RIGHTS) continue;
+        const size_t count = (each->cmsg_len - CMSG_LEN(0)) / sizeof(int);
+        for (size_t i = 0; i < count; ++i) {
+            int file;
+            memcpy(&file, CMSG_DATA(each) + i * sizeof file, sizeof file);
+            if (files->count < OC_MOST_FILES)
+                files->descriptors[files->count++] = file;
+            else
+                oc_close(&file);
+        }
+    }
+    return got;
 }
 
 /** A socket connected to `address`; -1 with errno. */

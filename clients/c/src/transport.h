@@ -3,7 +3,7 @@
 #ifndef OBSCURA_TRANSPORT_H
 #define OBSCURA_TRANSPORT_H
 
-#include "obscura_client.h"
+#include "client.h"
 
 #include <stddef.h>
 
@@ -23,6 +23,11 @@ int oc_pipe(int ends[2]);
 
 /** Makes a descriptor blocking again; 0 on failure. */
 int oc_set_blocking(int descriptor);
+
+/** Takes at most `most` files, the oldest ones, out of `from` into `to`. Returns how many. */
+size_t oc_take_files(oc_files* from, int* to, size_t most);
+/** As recv(): files that come along are added to `files`, and closed where that is full. */
+ssize_t oc_receive_some(int descriptor, void* to, size_t room, oc_files* files);
 
 /** Closes the descriptor, if it is one, and makes it -1. */
 void oc_close(int* descriptor);

@@ -2,10 +2,11 @@
 """One connection to a server: requests one after the other."""
 from __future__ import annotations
 
+import array
+import os
 import socket
-import struct
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Iterator, Optional, Tuple, Union
+from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Tuple, Union
 
 import numpy
 
@@ -44,7 +45,7 @@ class Connection:
         self._current = 0  # number of the request in progress
         self._interrupted = False  # it was cancelled by Ctrl-C
         self._whole = True  # no message has been read in part
-        self._descriptor: Optional[int] = None  # that came with a message
+        self._descriptors: List[int] = []  # that came with the answers since they were taken
         self._streams: Dict[int, Deque[Item]] = {}  # by the number of the request: what has come and was not taken
         self.memory: Optional[SharedMemory] = None
         self.place: Optional[Place] = None  # of the arrays of the last answer; None: they are its own
@@ -52,15 +53,26 @@ class Connection:
     def share_memory(self, slots: int, slot_bytes: int) -> None:
         """From now on arrays of answers stand in shared memory where they fit."""
         answer = self.request("memory.open", {"slots": slots, "bytes": slot_bytes})[0]
-        if self._descriptor is None:
+        descriptors = self.take_descriptors()
+        if len(descriptors) != 1:
             raise ConnectionLost(f"{self.address}: the server has sent no memory")
-        descriptor, self._descriptor = self._descriptor, None
-        self.memory = SharedMemory(descriptor, answer)
+        self.memory = SharedMemory(descriptors[0], answer)
+
+    def take_descriptors(self) -> List[int]:
+        """Files that a server of this machine has handed over with its last answer, such as that of the call `ring`. The caller
+        closes them."""
+        descriptors, self._descriptors = self._descriptors, []
+        return descriptors
 
     def close(self) -> None:
+        self._close_descriptors()
         if self._socket is not None:
             self._socket.close()
             self._socket = None
+
+    def _close_descriptors(self) -> None:
+        for descriptor in self.take_descriptors():
+            os.close(descriptor)
 
     def detach(self) -> socket.socket:
         """Gives the socket away, non-blocking."""
@@ -90,6 +102,7 @@ class Connection:
         """Head and arrays of the answer. Ctrl-C cancels the request at the server and keeps the connection.
 
         Raises RequestError for an error answer, ConnectionLost if there is none."""
+        self._close_descriptors()
         number = self._current = self._send(call, fields)
         self._interrupted = False
         try:
@@ -194,12 +207,12 @@ class Connection:
 
     def _receive_into(self, view: memoryview) -> int:
         assert self._socket is not None
-        if self._socket.family != socket.AF_UNIX or self.memory is not None:
+        if self._socket.family != socket.AF_UNIX:
             return self._socket.recv_into(view)
-        got, rights, _flags, _from = self._socket.recvmsg_into([view], socket.CMSG_SPACE(4))
+        got, rights, _flags, _from = self._socket.recvmsg_into([view], socket.CMSG_SPACE(4 * protocol.MAX_DESCRIPTORS))
         for level, kind, data in rights:
             if level == socket.SOL_SOCKET and kind == socket.SCM_RIGHTS:
-                self._descriptor = struct.unpack("=i", data[:4])[0]
+                self._descriptors += array.array("i", data[:len(data) - len(data) % 4])
         return got
 
     def _read(self, count: int) -> numpy.ndarray[Any, Any]:

@@ -18,6 +18,7 @@ Arrays = Dict[str, numpy.ndarray[Any, Any]]
 Token = Union[bytes, str, "os.PathLike[str]"]
 
 FRAME_BYTES = 24
+MAX_DESCRIPTORS = 4  # of a message
 REQUEST, ANSWER, EVENT, ERROR = 1, 2, 3, 4
 _FRAME = struct.Struct("<4sBBHIIQ")
 _MAGIC, _VERSION = b"OBSC", 1

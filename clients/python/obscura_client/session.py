@@ -2,7 +2,7 @@
 """Connection to a server of the native protocol, whatever calls it has."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Optional, TypeVar
+from typing import Any, Callable, Dict, List, Optional, TypeVar
 
 from .calls import Calls
 from .connection import Connection
@@ -41,6 +41,10 @@ class Session:
         on_close, self.on_close = self.on_close, None
         if on_close is not None:
             on_close()
+
+    def take_descriptors(self) -> List[int]:
+        """Files that a server of this machine has handed over with the last answer; the caller closes them."""
+        return self._connection.take_descriptors()
 
     def call(self, name: str, /, **fields: Any) -> Dict[str, Any]:
         """Any call of the server by its name (see describe()); fields that are None are left out."""
