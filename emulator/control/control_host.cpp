@@ -58,6 +58,9 @@ public:
         calls.push_back(timing_rows_call(cameras_));
         for (service::Call& call : device_calls(cameras_))
             calls.push_back(std::move(call));
+        for (service::Call& call :
+             ring_calls(cameras_, [this](std::size_t camera) { return host_.ring_files(camera); }))
+            calls.push_back(std::move(call));
         calls.push_back(truth_call(cameras_));
         const auto source = [this](std::size_t camera, const FrameInfo& frame) {
             return host_.probe_source(camera, frame);
@@ -142,6 +145,12 @@ json ControlHost::scene_tree(std::size_t camera) {
     json tree;
     ask([&] { tree = sources_.scene_tree(camera); });
     return tree;
+}
+
+RingFiles ControlHost::ring_files(std::size_t camera) {
+    RingFiles files;
+    ask([&] { files = hand_over_ring(*cameras_.at(camera)); });
+    return files;
 }
 
 std::string ControlHost::release(std::size_t camera) {

@@ -6,6 +6,7 @@
 #include "emulator/control/camera_calls.hpp"
 #include "emulator/control/daemon_calls.hpp"
 #include "emulator/control/probe_call.hpp"
+#include "emulator/control/ring_calls.hpp"
 #include "emulator/control/scene_requests.hpp"
 #include "service/session.hpp"
 
@@ -57,6 +58,10 @@ public:
     [[nodiscard]] nlohmann::json scene_tree(std::size_t camera);
     /// Takes control away, see ReleaseControl. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::string release(std::size_t camera);
+
+    /// Files of a reader of the camera's frame ring. Throws Failure or HardwareError. Thread-safe; not on the
+    /// main thread.
+    [[nodiscard]] RingFiles ring_files(std::size_t camera);
 
     /// Source of a probe of a frame. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] CameraUnit::ProbeSource probe_source(std::size_t camera, const FrameInfo& frame);

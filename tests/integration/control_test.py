@@ -9,9 +9,11 @@ Exit status 1 if a check failed, 77 without numpy.
 import asyncio
 import json
 import math
+import mmap
 import os
 import pathlib
 import random
+import select
 import signal
 import socket
 import struct
@@ -210,6 +212,30 @@ print(obscura_client.connect_camera({daemon.path!r}).server["permission"])"""], 
             check("a member of the group may move the scene", member.stdout == "scene\n", member)
 
 
+def frame_ring(daemon):
+    """Memory of the newest frames, handed over by a call."""
+    with daemon.camera() as camera:
+        told = camera.call("ring", pid=daemon.process.pid)
+        memory, news = camera.take_descriptors()
+        check("the ring is of that process", told["pid"] == daemon.process.pid and told["camera"] == 0 and told["watched_s"] == 2, told)
+        camera.call("watch", period_us=0)
+        check("a frame is signalled", bool(select.select([news], [], [], PATIENCE_S)[0]) and len(os.read(news, 8)) == 8)
+        with mmap.mmap(memory, 0, mmap.MAP_SHARED, mmap.PROT_READ) as ring:
+            check("and stands in the memory", ring[:8] == b"OBSCRING")
+        for one in (memory, news):
+            os.close(one)
+        check_refused("another process is none of this daemon", "bad-argument", f"pid: this is process {daemon.process.pid}",
+                      lambda: camera.call("watch", pid=1))
+        before = len(os.listdir("/proc/self/fd"))
+        for _ in range(3):
+            camera.call("ring")
+        camera.call("status")
+        check("files that nobody takes are closed", len(os.listdir("/proc/self/fd")) == before)
+    with daemon.camera(daemon.tcp) as other:
+        check_refused("no files are handed over by TCP", "forbidden", "ring: files are handed over at a Unix socket only",
+                      lambda: other.call("ring"))
+
+
 def streams(daemon):
     """Frames that the daemon sends by itself. How many it skips is a matter of the machine's load."""
     def follow(frames, count):
@@ -325,6 +351,7 @@ def another_scene():
     """Frames of one scene, then of another, without a frame between them that is late by the building of it."""
     with Daemon("[gige]\nenabled = false\n[deadline]\npolicy = \"late\"\n") as daemon, daemon.camera() as camera, daemon.camera() as other:
         streams(daemon)
+        frame_ring(daemon)
         text = (daemon.folder / "scene.toml").read_text()
         (daemon.folder / "sub").mkdir()
         (daemon.folder / "sub" / "dark.toml").write_text(text.replace("albedo = 0.1", "albedo = 0"))
