@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spacecraft clocks (SCLK type 1) and attitudes (CK type 3).
+// Spacecraft clocks (SCLK type 1) and the frames of CK kernels.
 #include "core/error.hpp"
+#include "ephemeris/kernels/ck_segment.hpp"
 #include "ephemeris/kernels/frame_model.hpp"
 #include "ephemeris/kernels/interpolation.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -31,6 +31,11 @@ public:
         const double ticks = clock_.ticks(time);
         for (const BasedCkSegment& s : segments_) {
             Quat to_base;
+            if (s.segment == nullptr) {
+                if (ticks >= s.unusable_ticks.begin_s && ticks <= s.unusable_ticks.end_s)
+                    return Evaluation::unusable;
+                continue;
+            }
             const Evaluation status = s.segment->orientation(ticks, to_base);
             if (status == Evaluation::no_coverage) continue;
             if (status != Evaluation::ok) return status;
@@ -48,24 +53,6 @@ private:
     std::vector<BasedCkSegment> segments_;
     SpacecraftClock clock_;
 };
-
-/// Method of a CK type that is not supported (CK Required Reading).
-const char* attitude_method(std::int32_t type) {
-    switch (type) {
-    case 1:
-        return "discrete";
-    case 2:
-        return "constant rates";
-    case 4:
-        return "Chebyshev";
-    case 5:
-        return "MEX/Rosetta attitude";
-    case 6:
-        return "ESOC/DDID piecewise";
-    default:
-        return "unknown";
-    }
-}
 
 } // namespace
 
@@ -128,81 +115,6 @@ double SpacecraftClock::tdb_s(double ticks) const noexcept {
     const Correlation& c = *(after - 1);
     const double parallel = c.parallel_s + (ticks - c.ticks) * c.seconds_per_tick;
     return tt_ ? parallel + approximate_tdb_minus_tt(parallel) : parallel;
-}
-
-CkSegment::CkSegment(const Daf::Array& array)
-    : place_(array.place),
-      instrument_(array.integers.at(0)),
-      base_(array.integers.at(1)),
-      begin_(array.doubles.at(0)),
-      end_(array.doubles.at(1)) {
-    const std::int32_t type = array.integers.at(2);
-    if (type != 3)
-        throw InputError(fmt::format("{}: CK type {} ({}) is not supported, allowed 3", place_, type,
-                                     attitude_method(type)));
-    const std::span<const double> words = array.words;
-    if (words.size() < 2) throw InputError(fmt::format("{}: {} values", place_, words.size()));
-    // Quaternions, with rates if the flag is set; times and directory; starts of intervals and directory;
-    // counts.
-    sample_words_ = array.integers.at(3) == 0 ? 4 : 7;
-    const std::size_t count = count_in(place_, words.back(), words.size(), "attitudes");
-    const std::size_t intervals = count_in(place_, words[words.size() - 2], count, "intervals");
-    const std::size_t times_at = count * sample_words_;
-    const std::size_t starts_at = times_at + count + directory_size(count);
-    if (starts_at + intervals + directory_size(intervals) + 2 != words.size())
-        throw InputError(fmt::format("{}: {} attitudes in {} intervals do not fit into {} values", place_,
-                                     count, intervals, words.size()));
-    samples_ = words.first(times_at);
-    times_ = words.subspan(times_at, count);
-    starts_ = words.subspan(starts_at, intervals);
-    require_increasing(place_, times_, true, "time");
-    require_increasing(place_, starts_, true, "interval");
-    if (starts_.front() > times_.front())
-        throw InputError(fmt::format("{}: the first interval starts after the first attitude", place_));
-    for (std::size_t i = 0; i < count; ++i) {
-        const double size = norm(sample(i));
-        if (!(std::abs(size - 1) < 1e-3))
-            throw InputError(fmt::format("{}: quaternion {} of {} has length {}, 1 is expected", place_,
-                                         i + 1, count, size));
-    }
-    limit_coverage(place_, begin_, end_, times_.front(), times_.back());
-}
-
-Quat CkSegment::sample(std::size_t index) const noexcept {
-    const double* const q = samples_.data() + index * sample_words_;
-    // The file's quaternion takes vectors of the base frame to the instrument's.
-    return conjugate({q[0], q[1], q[2], q[3]});
-}
-
-std::vector<Interval> CkSegment::coverage() const {
-    std::vector<Interval> covered;
-    for (std::size_t i = 0; i < starts_.size(); ++i) {
-        const auto next = i + 1 < starts_.size()
-                              ? std::lower_bound(times_.begin(), times_.end(), starts_[i + 1])
-                              : times_.end();
-        const double last = next == times_.begin() ? starts_[i] : *(next - 1);
-        const Interval interval{std::max(starts_[i], begin_), std::min(last, end_)};
-        if (interval.begin_s <= interval.end_s) covered.push_back(interval);
-    }
-    return covered;
-}
-
-Evaluation CkSegment::orientation(double ticks, Quat& to_base) const noexcept {
-    if (!(ticks >= begin_ && ticks <= end_)) return Evaluation::no_coverage;
-    const auto after = std::upper_bound(times_.begin(), times_.end(), ticks);
-    if (after == times_.begin()) return Evaluation::no_coverage;
-    const auto index = static_cast<std::size_t>(after - times_.begin()) - 1;
-    if (times_[index] == ticks) {
-        to_base = normalized(sample(index));
-        return Evaluation::ok;
-    }
-    if (after == times_.end()) return Evaluation::no_coverage;
-    // A start of an interval after `ticks` and no later than the next attitude: a gap.
-    const auto start = std::upper_bound(starts_.begin(), starts_.end(), ticks);
-    if (start != starts_.end() && *start <= *after) return Evaluation::no_coverage;
-    const double share = (ticks - times_[index]) / (*after - times_[index]);
-    to_base = slerp(normalized(sample(index)), normalized(sample(index + 1)), share);
-    return Evaluation::ok;
 }
 
 } // namespace obscura::ephemeris

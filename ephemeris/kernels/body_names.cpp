@@ -254,13 +254,18 @@ BodyNames::BodyNames(const KernelPool& pool) {
     const KernelPool::Variable* const codes = pool.find("NAIF_BODY_CODE");
     const std::size_t given = names == nullptr ? 0 : names->strings.size();
     const std::size_t numbered = codes == nullptr ? 0 : codes->numbers.size();
-    if (given != numbered)
-        throw InputError(fmt::format("{}: {} names but {} codes (NAIF_BODY_CODE)",
-                                     (names != nullptr ? names : codes)->place, given, numbered));
+    if (given != numbered) {
+        problem_ = fmt::format("{}: {} names but {} codes (NAIF_BODY_CODE): none of them is used",
+                               (names != nullptr ? names : codes)->place, given, numbered);
+        return;
+    }
     for (std::size_t i = 0; i < given; ++i) {
         const double code = codes->numbers[i];
-        if (code != std::floor(code) || std::abs(code) > 2147483647.0)
-            throw InputError(fmt::format("{}: {} is not a whole number of 32 bits", codes->place, code));
+        if (code != std::floor(code) || std::abs(code) > 2147483647.0) {
+            problem_ = fmt::format("{}: {} is not a whole number of 32 bits: {} is not used", codes->place,
+                                   code, names->strings[i]);
+            continue;
+        }
         add(names->strings[i], static_cast<int>(code));
     }
 }

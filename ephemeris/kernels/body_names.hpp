@@ -15,8 +15,7 @@ namespace obscura::ephemeris {
 /// Case does not matter, nor does the number of blanks. Immutable, thread-safe.
 class BodyNames {
 public:
-    /// The built-in names, and those of `pool`, of which the last holds. Throws InputError if the pool's
-    /// lists differ in length.
+    /// The built-in names, and those of `pool`, of which the last holds.
     explicit BodyNames(const KernelPool& pool);
 
     /// Code of a body by name, or by the code itself as text. Empty: unknown.
@@ -25,10 +24,13 @@ public:
     [[nodiscard]] std::string name(int id) const;
     /// Advice for a message about an unknown name.
     [[nodiscard]] std::string suggestion(std::string_view name) const;
+    /// Which names of the pool are not used, and why, as one line; empty: all are.
+    [[nodiscard]] const std::string& problem() const { return problem_; }
 
 private:
     std::map<std::string, int> ids_;
     std::map<int, std::string> names_;
+    std::string problem_;
 };
 
 } // namespace obscura::ephemeris

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "ephemeris/kernels/body_names.hpp"
+#include "ephemeris/kernels/ck_segment.hpp"
 #include "ephemeris/kernels/frame_names.hpp"
 #include "ephemeris/kernels/kernel_files.hpp"
 #include "ephemeris/kernels/segment_timeline.hpp"
@@ -96,8 +97,16 @@ struct OwnedFrame {
 struct Ephemeris::Impl {
     /// A segment and the frame of its states: null for ICRF.
     struct PlacedSegment {
-        SpkSegment segment;
+        std::optional<SpkSegment> segment;
         std::shared_ptr<const FrameModel> frame;
+        std::string problem; ///< why it cannot be used; empty: it can
+    };
+    /// Segment of a CK; empty: `problem` says why it cannot be used.
+    struct Attitudes {
+        std::int32_t instrument;
+        Interval ticks; ///< of the descriptor
+        std::optional<CkSegment> segment;
+        std::string problem;
     };
     struct Body {
         int id;
@@ -109,28 +118,69 @@ struct Ephemeris::Impl {
     std::vector<PlacedSegment> states;
     std::vector<Body> bodies; ///< ordered by id
     std::vector<PckSegment> rotations;
-    std::vector<CkSegment> attitudes;
+    std::vector<Attitudes> attitudes;
+    std::vector<std::pair<std::int32_t, std::string>> unusable_rotations; ///< by frame class
+    std::vector<std::string> unusable;
 
     explicit Impl(const std::vector<std::filesystem::path>& kernels)
         : files(read_kernels(kernels)), names(files.pool) {
         std::map<int, SegmentTimeline> timelines;
         for (const Daf& daf : files.dafs)
             for (const Daf::Array& array : daf.arrays()) {
-                if (daf.kind() == "SPK") {
-                    const SpkSegment segment(array);
-                    timelines[segment.target()].add({segment.begin_s(), segment.end_s()},
-                                                    static_cast<std::int32_t>(states.size()));
-                    states.push_back({segment, nullptr});
-                } else if (daf.kind() == "PCK") {
-                    rotations.emplace_back(array);
-                } else {
-                    attitudes.emplace_back(array);
-                }
+                const Interval covered{array.doubles.at(0), array.doubles.at(1)};
+                if (!std::isfinite(covered.begin_s) || !std::isfinite(covered.end_s) ||
+                    covered.begin_s > covered.end_s)
+                    throw InputError(
+                        fmt::format("{}: covers {} to {}", array.place, covered.begin_s, covered.end_s));
+                if (daf.kind() == "SPK")
+                    add_states(array, covered, timelines);
+                else if (daf.kind() == "PCK")
+                    add_rotation(array);
+                else
+                    add_attitudes(array, covered);
             }
         for (auto& [id, timeline] : timelines)
             bodies.push_back({id, std::move(timeline)});
         for (PlacedSegment& s : states)
-            s.frame = base_frame(s.segment.frame(), s.segment.place(), 0);
+            if (s.segment)
+                s.problem =
+                    problem_of([&] { s.frame = base_frame(s.segment->frame(), s.segment->place(), 0); });
+        for (const PlacedSegment& s : states)
+            if (!s.problem.empty()) unusable.push_back(s.problem);
+        for (const Attitudes& a : attitudes)
+            if (!a.problem.empty()) unusable.push_back(a.problem);
+        for (const auto& [id, problem] : unusable_rotations)
+            unusable.push_back(problem);
+        if (!names.problem().empty()) unusable.push_back(names.problem());
+    }
+
+    /// Message of the InputError that `make` throws; empty: none.
+    template<typename Make>
+    static std::string problem_of(const Make& make) {
+        try {
+            make();
+            return {};
+        } catch (const InputError& error) {
+            return error.what();
+        }
+    }
+
+    void add_states(const Daf::Array& array, Interval covered, std::map<int, SegmentTimeline>& timelines) {
+        PlacedSegment& placed = states.emplace_back();
+        placed.problem = problem_of([&] { placed.segment.emplace(array); });
+        const int target = array.integers.at(0);
+        if (placed.segment) covered = {placed.segment->begin_s(), placed.segment->end_s()};
+        timelines[target].add(covered, static_cast<std::int32_t>(states.size() - 1));
+    }
+
+    void add_rotation(const Daf::Array& array) {
+        const std::string problem = problem_of([&] { rotations.emplace_back(array); });
+        if (!problem.empty()) unusable_rotations.emplace_back(array.integers.at(0), problem);
+    }
+
+    void add_attitudes(const Daf::Array& array, Interval ticks) {
+        Attitudes& a = attitudes.emplace_back(Attitudes{array.integers.at(0), ticks, std::nullopt, {}});
+        a.problem = problem_of([&] { a.segment.emplace(array); });
     }
 
     [[nodiscard]] const Body* find(int id) const noexcept {
@@ -146,13 +196,14 @@ struct Ephemeris::Impl {
         const std::int32_t index = body->timeline.at(time.seconds());
         if (index < 0) return Evaluation::no_coverage;
         const PlacedSegment& placed = states[static_cast<std::size_t>(index)];
+        if (!placed.problem.empty()) return Evaluation::unusable;
         State relative;
-        if (!placed.segment.evaluate(time, relative)) return Evaluation::damaged;
+        if (!placed.segment->evaluate(time, relative)) return Evaluation::damaged;
         if (placed.frame)
             if (const Evaluation status = turn(*placed.frame, time, relative); status != Evaluation::ok)
                 return status;
         state = state + relative;
-        id = placed.segment.center();
+        id = placed.segment->center();
         return Evaluation::ok;
     }
 
@@ -223,6 +274,9 @@ struct Ephemeris::Impl {
             if (rotations[i].frame_class() == definition.class_id)
                 segments.push_back(
                     {&rotations[i], base_frame(rotations[i].base(), rotations[i].place(), depth)});
+        for (const auto& [id, problem] : unusable_rotations)
+            if (id == definition.class_id)
+                throw InputError(fmt::format("frame {}: {}", definition.name, problem));
         std::optional<RotationModel> model = rotation_model(files.pool, definition.class_id);
         if (segments.empty() && !model)
             throw InputError(
@@ -236,10 +290,23 @@ struct Ephemeris::Impl {
     [[nodiscard]] std::shared_ptr<const FrameModel> attitude_frame(const FrameDefinition& definition,
                                                                    int depth) const {
         std::vector<BasedCkSegment> segments;
-        for (std::size_t i = attitudes.size(); i-- > 0;)
-            if (attitudes[i].instrument() == definition.class_id)
-                segments.push_back(
-                    {&attitudes[i], base_frame(attitudes[i].base(), attitudes[i].place(), depth)});
+        std::string problem;
+        bool any = false;
+        for (std::size_t i = attitudes.size(); i-- > 0;) {
+            const Attitudes& a = attitudes[i];
+            if (a.instrument != definition.class_id) continue;
+            BasedCkSegment based{nullptr, nullptr, a.ticks};
+            std::string own = a.problem;
+            if (a.segment)
+                own = problem_of([&] {
+                    based.base = base_frame(a.segment->base(), a.segment->place(), depth);
+                    based.segment = &*a.segment;
+                });
+            if (problem.empty()) problem = own;
+            any = any || based.segment != nullptr;
+            segments.push_back(std::move(based));
+        }
+        if (!any && !problem.empty()) throw InputError(fmt::format("frame {}: {}", definition.name, problem));
         if (segments.empty())
             throw InputError(fmt::format("frame {}: no attitudes of {} are loaded: a CK kernel is needed",
                                          definition.name, definition.class_id));
@@ -292,8 +359,12 @@ std::string Ephemeris::reason(int target, int observer, TdbTime time, Evaluation
         for (std::size_t i = 0; i < max_links && id != solar_system_barycenter; ++i) {
             const Impl::Body* const body = impl_->find(id);
             if (body == nullptr) return fmt::format("{}: no kernel has positions of {}", what, named(id));
-            if (body->timeline.at(time.seconds()) < 0)
+            const std::int32_t index = body->timeline.at(time.seconds());
+            if (index < 0)
                 return fmt::format("{}: {} is covered {}", what, named(id), coverage_text(coverage(id)));
+            if (const std::string& problem = impl_->states[static_cast<std::size_t>(index)].problem;
+                !problem.empty())
+                return fmt::format("{}: {}", what, problem);
             if (impl_->step(id, ignored, time) != Evaluation::ok) break;
         }
     }
@@ -331,10 +402,14 @@ Quat Ephemeris::orientation(std::string_view frame, TdbTime time) const {
             covered += fmt::format("; {} is covered {}", f.name.empty() ? std::to_string(f.id) : f.name,
                                    coverage_text(f.covered));
     }
-    throw InputError(fmt::format("frame {} at {}: {}{}", kernel_name(frame), tdb_text(time.seconds()),
-                                 status == Evaluation::damaged ? "a kernel holds values that are no numbers"
-                                                               : "not covered by the loaded kernels",
-                                 covered));
+    const char* const why = status == Evaluation::damaged    ? "a kernel holds values that are no numbers"
+                            : status == Evaluation::unusable ? "held by a segment that cannot be used"
+                                                             : "not covered by the loaded kernels";
+    if (status == Evaluation::unusable)
+        for (const Impl::Attitudes& a : impl_->attitudes)
+            if (!a.problem.empty()) covered += "; " + a.problem;
+    throw InputError(
+        fmt::format("frame {} at {}: {}{}", kernel_name(frame), tdb_text(time.seconds()), why, covered));
 }
 
 std::optional<Vec3> Ephemeris::radii_m(int id) const {
@@ -348,7 +423,12 @@ std::optional<Vec3> Ephemeris::radii_m(int id) const {
 }
 
 std::vector<int> Ephemeris::bodies_with_radii() const {
-    return bodies_with(pool(), "_RADII");
+    std::vector<int> ids = bodies_with(pool(), "_RADII");
+    std::erase_if(ids, [&](int id) {
+        const auto* const radii = pool().find(fmt::format("BODY{}_RADII", id));
+        return radii->numbers.size() != 3;
+    });
+    return ids;
 }
 
 std::vector<int> Ephemeris::modelled_bodies() const {
@@ -404,10 +484,12 @@ std::vector<Ephemeris::FrameCoverage> Ephemeris::frame_coverage() const {
     };
     for (const PckSegment& s : impl_->rotations)
         of(s.frame_class()).covered.push_back(s.coverage());
-    for (const CkSegment& s : impl_->attitudes) {
-        const SpacecraftClock clock = impl_->clock_of(s.instrument());
-        for (const Interval& ticks : s.coverage())
-            of(s.instrument()).covered.push_back({clock.tdb_s(ticks.begin_s), clock.tdb_s(ticks.end_s)});
+    for (const Impl::Attitudes& a : impl_->attitudes) {
+        // Without its clock an attitude has no times, which frame() says to who asks for it.
+        std::optional<SpacecraftClock> clock;
+        if (!a.segment || !Impl::problem_of([&] { clock = impl_->clock_of(a.instrument); }).empty()) continue;
+        for (const Interval& ticks : a.segment->coverage())
+            of(a.instrument).covered.push_back({clock->tdb_s(ticks.begin_s), clock->tdb_s(ticks.end_s)});
     }
     std::vector<FrameCoverage> list;
     for (auto& [id, f] : frames) {
@@ -415,6 +497,10 @@ std::vector<Ephemeris::FrameCoverage> Ephemeris::frame_coverage() const {
         list.push_back(std::move(f));
     }
     return list;
+}
+
+const std::vector<std::string>& Ephemeris::unusable() const {
+    return impl_->unusable;
 }
 
 const KernelPool& Ephemeris::pool() const {

@@ -20,10 +20,11 @@ namespace obscura::ephemeris {
 /// NAIF number of the solar system barycenter.
 inline constexpr int solar_system_barycenter = 0;
 
-/// Loaded kernels: SPK (types 1, 2, 3, 9, 13, 21), binary PCK (type 2), CK (type 3), text kernels (LSK, PCK,
-/// FK, SCLK) and meta-kernels. Later files have priority over earlier ones, later segments of a file over
-/// earlier ones, as in SPICE. Bodies are NAIF codes, 0 is the solar system barycentre; axes are those of the
-/// ICRF, which SPICE calls J2000. Immutable after construction, thread-safe; copies share the kernels.
+/// Loaded kernels: SPK, binary PCK (type 2), CK, text kernels (LSK, PCK, FK, SCLK) and meta-kernels. A kernel
+/// is taken for what it offers: a segment that cannot be used is refused when it is asked for. Later files
+/// have priority over earlier ones, later segments of a file over earlier ones, as in SPICE. Bodies are NAIF
+/// codes, 0 is the solar system barycentre; axes are those of the ICRF, which SPICE calls J2000. Immutable
+/// after construction, thread-safe; copies share the kernels.
 class Ephemeris {
 public:
     /// Loads kernels in order. Files of a meta-kernel that are not absolute are relative to its folder.
@@ -73,6 +74,9 @@ public:
         std::vector<Interval> covered;
     };
     [[nodiscard]] std::vector<FrameCoverage> frame_coverage() const;
+
+    /// What of the kernels cannot be used, one line each that names file and place.
+    [[nodiscard]] const std::vector<std::string>& unusable() const;
 
     [[nodiscard]] const KernelPool& pool() const;
 

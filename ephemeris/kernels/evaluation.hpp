@@ -12,6 +12,7 @@ enum class Evaluation : std::uint8_t {
     no_data,     ///< no kernel has data of the body or frame
     no_coverage, ///< none of them at this time
     no_common,   ///< the two bodies have no common centre
+    unusable,    ///< the segment that holds at this time cannot be used
     damaged,     ///< the values in the kernel are no numbers
 };
 

@@ -105,34 +105,13 @@ private:
     bool tt_ = false; ///< parallel time is TT
 };
 
-/// Segment of a CK, type 3: attitudes, interpolated at constant rate within intervals.
-class CkSegment {
-public:
-    /// Throws InputError for other types and damaged segments.
-    explicit CkSegment(const Daf::Array& array);
-    [[nodiscard]] std::int32_t instrument() const { return instrument_; }
-    [[nodiscard]] std::int32_t base() const { return base_; }
-    [[nodiscard]] const std::string& place() const { return place_; }
-    /// Intervals without a gap, in ticks.
-    [[nodiscard]] std::vector<Interval> coverage() const;
-    /// Rotation from the instrument's frame to the base frame. no_coverage: `ticks` is in a gap. Real-time
-    /// safe.
-    [[nodiscard]] Evaluation orientation(double ticks, Quat& to_base) const noexcept;
+class CkSegment;
 
-private:
-    [[nodiscard]] Quat sample(std::size_t index) const noexcept;
-
-    std::string place_;
-    std::int32_t instrument_ = 0, base_ = 0;
-    double begin_ = 0, end_ = 0;
-    std::size_t sample_words_ = 4;
-    std::span<const double> samples_, times_, starts_;
-};
-
-/// CK segment and the frame that its attitudes are relative to.
+/// CK segment and the frame that its attitudes are relative to; null: ICRF.
 struct BasedCkSegment {
-    const CkSegment* segment;
+    const CkSegment* segment; ///< null: one that cannot be used holds `unusable_ticks`
     std::shared_ptr<const FrameModel> base;
+    Interval unusable_ticks{};
 };
 /// Frame of a spacecraft or instrument: the first segment that covers a time. `segments` must outlive it.
 [[nodiscard]] std::shared_ptr<const FrameModel> make_ck_frame(std::vector<BasedCkSegment> segments,

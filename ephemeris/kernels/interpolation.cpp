@@ -44,6 +44,25 @@ ValueAndRate chebyshev(std::span<const double> c, double x) noexcept {
     return {c[0] + x * b1 - b2, b1 + x * d1 - d2};
 }
 
+double chebyshev_integral(std::span<const double> c, double x) noexcept {
+    // The integral of T_k is (T_{k+1} / (k + 1) - T_{k-1} / (k - 1)) / 2 for k > 1, x for T_0, x^2 / 2 for
+    // T_1.
+    std::array<double, max_integrated + 1> t{1, x};
+    const std::size_t n = std::min(c.size(), max_integrated);
+    for (std::size_t k = 2; k <= n; ++k)
+        t[k] = 2 * x * t[k - 1] - t[k - 2];
+    // T_k at 0: 1, 0, -1, 0 and so on.
+    const auto at_zero = [](std::size_t k) { return k % 2 == 1 ? 0.0 : k % 4 == 0 ? 1.0 : -1.0; };
+    double sum = 0;
+    for (std::size_t k = n; k-- > 2;) {
+        const auto order = static_cast<double>(k);
+        sum += c[k] / 2 *
+               ((t[k + 1] - at_zero(k + 1)) / (order + 1) - (t[k - 1] - at_zero(k - 1)) / (order - 1));
+    }
+    if (n > 1) sum += c[1] * x * x / 2;
+    return n > 0 ? sum + c[0] * x : 0;
+}
+
 ValueAndRate lagrange(std::span<const double> x, std::span<const double> values) noexcept {
     std::array<ValueAndRate, max_samples> p;
     for (std::size_t i = 0; i < x.size(); ++i)

@@ -17,6 +17,10 @@ struct ValueAndRate {
 /// Sum of c[k] T_k(x) and its derivative by x; |x| <= 1. Clenshaw's recurrence.
 [[nodiscard]] ValueAndRate chebyshev(std::span<const double> c, double x) noexcept;
 
+/// Integral of the series from 0 to x, of at most max_integrated coefficients.
+inline constexpr std::size_t max_integrated = 64;
+[[nodiscard]] double chebyshev_integral(std::span<const double> c, double x) noexcept;
+
 /// Largest number of samples in an interpolation, as in SPICE.
 constexpr std::size_t max_samples = 28;
 

@@ -289,9 +289,8 @@ const KernelPool::Variable* KernelPool::find(const std::string& name) const {
 std::span<const double> KernelPool::numbers(const std::string& name, std::size_t least,
                                             std::size_t most) const {
     const Variable* const variable = find(name);
-    if (variable == nullptr) return {};
-    if (!variable->strings.empty())
-        throw InputError(fmt::format("{}: a string where numbers are expected", variable->place));
+    // A value of the other type is none, as in SPICE.
+    if (variable == nullptr || !variable->strings.empty()) return {};
     if (variable->numbers.size() < least || variable->numbers.size() > most)
         throw InputError(fmt::format("{}: {} values, allowed {} to {}", variable->place,
                                      variable->numbers.size(), least, most));
@@ -313,7 +312,7 @@ std::optional<int> KernelPool::integer(const std::string& name) const {
 
 std::optional<std::string> KernelPool::string(const std::string& name) const {
     const Variable* const variable = find(name);
-    if (variable == nullptr) return std::nullopt;
+    if (variable == nullptr || variable->strings.empty()) return std::nullopt;
     if (variable->strings.size() != 1)
         throw InputError(fmt::format("{}: one string is expected", variable->place));
     return variable->strings.front();

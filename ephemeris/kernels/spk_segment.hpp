@@ -4,12 +4,11 @@
 
 #include "core/geometry.hpp"
 #include "ephemeris/kernels/daf.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
+#include "ephemeris/kernels/spk_data.hpp"
 #include "ephemeris/time/epoch.hpp"
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
+#include <memory>
 #include <string>
 
 namespace obscura::ephemeris {
@@ -20,12 +19,11 @@ struct State {
     Vec3 velocity_m_s{};
 };
 
-/// Segment of type 1, 2, 3, 9, 13 or 21 (NAIF, SPK Required Reading). Its data must outlive it. Immutable,
-/// thread-safe.
+/// Segment of any type of make_spk_data(). The file's data must outlive it. Immutable, thread-safe; copies
+/// share the data.
 class SpkSegment {
 public:
-    /// Throws InputError for other types, for sizes that contradict each other and for times that do not
-    /// increase.
+    /// Throws InputError for a body relative to itself, and as make_spk_data().
     explicit SpkSegment(const Daf::Array& array);
 
     [[nodiscard]] std::int32_t target() const { return target_; }
@@ -44,22 +42,10 @@ public:
     [[nodiscard]] bool evaluate(TdbTime time, State& state) const noexcept;
 
 private:
-    void read_chebyshev();
-    void read_differences();
-    void read_samples();
-    [[nodiscard]] bool chebyshev_state(TdbTime time, State& km) const noexcept;
-    [[nodiscard]] bool difference_state(TdbTime time, State& km) const noexcept;
-    [[nodiscard]] bool sampled_state(TdbTime time, State& km) const noexcept;
-
     std::string place_;
-    std::span<const double> words_;
     std::int32_t target_ = 0, center_ = 0, frame_ = 0, type_ = 0;
     double begin_s_ = 0, end_s_ = 0;
-    ChebyshevRecords records_;      ///< types 2 and 3
-    std::span<const double> times_; ///< types 1, 9, 13, 21
-    std::size_t window_ = 0;        ///< types 9 and 13: samples of an interpolation
-    /// Types 1 and 21: doubles of a difference line, and its orders.
-    std::size_t record_words_ = 0, differences_ = 0;
+    std::shared_ptr<const SpkData> data_;
 };
 
 } // namespace obscura::ephemeris

@@ -47,7 +47,7 @@ public:
         line.summary = "lists what SPICE kernels cover, and where bodies are over time";
         line.description =
             "Reads SPICE kernels: "
-            "SPK of types 1, 2, 3, 9, 13 and 21, binary PCK, CK of type 3 (either byte order, or transfer files), text kernels (LSK, PCK, FK, SCLK) and meta-kernels. "
+            "SPK of all types but 10, binary PCK of type 2, CK (either byte order, or transfer files), text kernels (LSK, PCK, FK, SCLK) and meta-kernels. "
             "Of several kernels the last that has something is used, as in SPICE. "
             "Without --target it lists bodies, frames and the times that are covered, with gaps. "
             "With --target it prints its place seen from --observer: position and velocity, distance, light time, right ascension and declination; "
@@ -266,10 +266,14 @@ private:
         part("Rotation models", lines);
         lines.clear();
         for (const int id : kernels.bodies_with_radii()) {
-            const Vec3 r = *kernels.radii_m(id) / m_per_km;
+            const Vec3 r = kernels.radii_m(id).value_or(Vec3{}) / m_per_km;
             lines.emplace_back(name_with_code(kernels, id), fmt::format("{} x {} x {} km", r.x, r.y, r.z));
         }
         part("Radii", lines);
+        if (kernels.unusable().empty()) return;
+        fmt::print("Cannot be used\n");
+        for (const std::string& problem : kernels.unusable())
+            fmt::print("  {}\n", problem);
     }
 
     static void list_json(const Ephemeris& kernels) {
@@ -284,13 +288,14 @@ private:
             models.push_back(
                 {{"id", id}, {"name", kernels.body_name(id)}, {"frame", kernels.body_frame_name(id)}});
         for (const int id : kernels.bodies_with_radii()) {
-            const Vec3 r = *kernels.radii_m(id) / m_per_km;
+            const Vec3 r = kernels.radii_m(id).value_or(Vec3{}) / m_per_km;
             radii.push_back({{"id", id}, {"name", kernels.body_name(id)}, {"radii_km", {r.x, r.y, r.z}}});
         }
         fmt::print("{}\n", Json{{"positions", bodies},
                                 {"orientations", frames},
                                 {"rotation_models", models},
-                                {"radii", radii}}
+                                {"radii", radii},
+                                {"unusable", kernels.unusable()}}
                                .dump(2));
     }
 

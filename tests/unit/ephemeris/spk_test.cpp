@@ -332,9 +332,18 @@ TEST_CASE("Damaged, truncated and foreign SPK files are refused with file and pl
     std::string text_mode = good;
     text_mode.replace(706, 1, "\n");
     CHECK_THAT(refusal(text_mode), ContainsSubstring("binary mode"));
-    const auto of = [&](const DafSegment& s) { return refusal(test::daf_bytes("SPK", {s}, false)); };
-    CHECK(of(segment(5, 0, 1, {1, 2, 3})) ==
-          "bad.bsp: segment 1 (TEST): SPK type 5 (two-body) is not supported, allowed 1, 2, 3, 9, 13, 21");
+    // A damaged segment is refused when it is asked for.
+    const auto of = [&](const DafSegment& s) {
+        const auto file = folder.write("bad.bsp", test::daf_bytes("SPK", {s}, false));
+        const std::string text =
+            message_of([&] { (void)Ephemeris({file}).state(1, 0, TdbTime{} + s.doubles[0]); });
+        CHECK(text.find('\n') == std::string::npos);
+        return text.substr(text.find("bad.bsp"));
+    };
+    CHECK(
+        of(segment(10, 0, 1, {1, 2, 3})) ==
+        "bad.bsp: segment 1 (TEST): SPK type 10 (two-line elements) is not supported, allowed 1, 2, 3, 5, 8, "
+        "9, 12, 13, 14, 15, 17, 18, 19, 20, 21");
     DafSegment twice = sampled_segment(9, 20, 4, cubic);
     twice.words[20 * 6 + 7] = twice.words[20 * 6 + 6];
     CHECK_THAT(of(twice),

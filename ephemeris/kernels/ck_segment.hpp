@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Segment of a CK kernel: attitude of one instrument over an interval of its spacecraft's clock.
+#pragma once
+
+#include "core/geometry.hpp"
+#include "ephemeris/kernels/daf.hpp"
+#include "ephemeris/kernels/evaluation.hpp"
+#include "ephemeris/kernels/frame_model.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace obscura::ephemeris {
+
+/// Attitudes that one segment holds (NAIF, CK Required Reading). Immutable, thread-safe.
+class CkData {
+public:
+    virtual ~CkData() = default;
+    /// Intervals without a gap, in ticks.
+    [[nodiscard]] virtual std::vector<Interval> coverage() const = 0;
+    /// Quaternion of the file at `ticks`, of any length above 0: it takes vectors of the base frame to the
+    /// instrument's. Real-time safe.
+    [[nodiscard]] virtual Evaluation attitude(double ticks, Quat& from_base) const noexcept = 0;
+};
+
+/// The data of a segment of `type`; `rates`: attitudes have angular rates. Throws InputError naming `place`
+/// for types that are not supported and damaged data.
+[[nodiscard]] std::shared_ptr<const CkData> make_ck_data(const std::string& place, std::int32_t type,
+                                                         bool rates, std::span<const double> words);
+/// Types 1 (instants), 2 (constant rates) and 3 (linear between attitudes); types 4 (Chebyshev series), 5 and
+/// 6 (polynomials through packets).
+[[nodiscard]] std::shared_ptr<const CkData> make_ck_attitudes(const std::string& place, std::int32_t type,
+                                                              bool rates, std::span<const double> words);
+[[nodiscard]] std::shared_ptr<const CkData> make_ck_polynomials(const std::string& place, std::int32_t type,
+                                                                std::span<const double> words);
+
+/// Segment of type 1 to 6.
+class CkSegment {
+public:
+    /// Throws InputError for other types and damaged segments.
+    explicit CkSegment(const Daf::Array& array);
+    [[nodiscard]] std::int32_t instrument() const { return instrument_; }
+    [[nodiscard]] std::int32_t base() const { return base_; }
+    [[nodiscard]] const std::string& place() const { return place_; }
+    /// Intervals without a gap, in ticks.
+    [[nodiscard]] std::vector<Interval> coverage() const;
+    /// Rotation from the instrument's frame to the base frame. no_coverage: `ticks` is in a gap. Real-time
+    /// safe.
+    [[nodiscard]] Evaluation orientation(double ticks, Quat& to_base) const noexcept;
+
+private:
+    std::string place_;
+    std::int32_t instrument_ = 0, base_ = 0;
+    double begin_ = 0, end_ = 0;
+    std::shared_ptr<const CkData> data_;
+};
+
+} // namespace obscura::ephemeris
