@@ -3,7 +3,7 @@
 #include "core/error.hpp"
 #include "ephemeris/kernels/ck_segment.hpp"
 #include "ephemeris/kernels/frame_model.hpp"
-#include "ephemeris/kernels/interpolation.hpp"
+#include "ephemeris/segments/interpolation.hpp"
 
 #include <fmt/format.h>
 

@@ -6,9 +6,8 @@
 #include "ephemeris/kernels/ck_segment.hpp"
 #include "ephemeris/kernels/frame_names.hpp"
 #include "ephemeris/kernels/kernel_files.hpp"
-#include "ephemeris/kernels/segment_timeline.hpp"
+#include "ephemeris/segments/segment_timeline.hpp"
 
-#include <erfa.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -50,23 +49,6 @@ Evaluation turn(const FrameModel& frame, TdbTime time, State& state) noexcept {
         rotate(now, state.velocity_m_s) + (rotate(after, p) - rotate(before, p)) / (2 * half_s);
     state.position_m = rotate(now, p);
     return Evaluation::ok;
-}
-
-/// Intervals between `edges` in the middle of which `known` is true; before and after all edges too.
-template<typename Known>
-std::vector<Interval> where_known(std::vector<double> edges, const Known& known) {
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-    constexpr double beyond_s = 86400, infinite = std::numeric_limits<double>::infinity();
-    const auto known_at = [&](double time_s) { return known(TdbTime{} + time_s); };
-    if (edges.empty())
-        return known_at(0) ? std::vector{Interval{-infinite, infinite}} : std::vector<Interval>{};
-    std::vector<Interval> covered;
-    if (known_at(edges.front() - beyond_s)) covered.push_back({-infinite, edges.front()});
-    for (std::size_t i = 0; i + 1 < edges.size(); ++i)
-        if (known_at((edges[i] + edges[i + 1]) / 2)) covered.push_back({edges[i], edges[i + 1]});
-    if (known_at(edges.back() + beyond_s)) covered.push_back({edges.back(), infinite});
-    return merged(std::move(covered));
 }
 
 /// Bodies that have the variable BODY<code><what>, ascending.
@@ -505,28 +487,6 @@ const std::vector<std::string>& Ephemeris::unusable() const {
 
 const KernelPool& Ephemeris::pool() const {
     return impl_->files.pool;
-}
-
-std::string tdb_text(double tdb_s) {
-    int year = 0, month = 0, day = 0;
-    int clock[4]{};
-    constexpr double max_s = 2e11;
-    if (!(std::abs(tdb_s) < max_s) ||
-        eraD2dtf("TDB", 3, 2451545.0, tdb_s / 86400, &year, &month, &day, clock) < 0)
-        return fmt::format("{:.3f} s TDB", tdb_s);
-    return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03} TDB", year, month, day, clock[0], clock[1],
-                       clock[2], clock[3]);
-}
-
-std::string coverage_text(const std::vector<Interval>& covered) {
-    if (covered.empty()) return "never";
-    constexpr std::size_t most = 5;
-    std::string text;
-    for (std::size_t i = 0; i < std::min(covered.size(), most); ++i)
-        text += fmt::format("{}{} to {}", i == 0 ? "" : ", ", tdb_text(covered[i].begin_s),
-                            tdb_text(covered[i].end_s));
-    if (covered.size() > most) text += fmt::format(", and {} more", covered.size() - most);
-    return text;
 }
 
 } // namespace obscura::ephemeris

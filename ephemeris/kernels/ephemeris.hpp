@@ -2,10 +2,11 @@
 // Ephemeris from SPICE kernels: states of bodies, orientations of frames, radii, coverage. Read this first.
 #pragma once
 
-#include "ephemeris/kernels/evaluation.hpp"
+#include "ephemeris/kernels/coverage.hpp"
 #include "ephemeris/kernels/frame_model.hpp"
 #include "ephemeris/kernels/kernel_pool.hpp"
 #include "ephemeris/kernels/spk_segment.hpp"
+#include "ephemeris/segments/evaluation.hpp"
 #include "ephemeris/time/epoch.hpp"
 
 #include <filesystem>
@@ -84,10 +85,5 @@ private:
     struct Impl;
     std::shared_ptr<const Impl> impl_;
 };
-
-/// TDB as "2026-03-01T12:00:00.000 TDB".
-[[nodiscard]] std::string tdb_text(double tdb_s);
-/// Covered intervals as one line, at most some of them.
-[[nodiscard]] std::string coverage_text(const std::vector<Interval>& covered);
 
 } // namespace obscura::ephemeris

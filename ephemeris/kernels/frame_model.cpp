@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "ephemeris/kernels/interpolation.hpp"
+#include "ephemeris/segments/interpolation.hpp"
 
 #include <fmt/format.h>
 

@@ -5,9 +5,9 @@
 
 #include "core/geometry.hpp"
 #include "ephemeris/kernels/daf.hpp"
-#include "ephemeris/kernels/evaluation.hpp"
 #include "ephemeris/kernels/kernel_pool.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
+#include "ephemeris/segments/evaluation.hpp"
+#include "ephemeris/segments/segment_data.hpp"
 #include "ephemeris/time/epoch.hpp"
 
 #include <cstdint>
@@ -25,13 +25,6 @@ public:
     virtual ~FrameModel() = default;
     /// Sets `to_icrf` to the rotation that takes vectors of the frame to ICRF axes. Real-time safe.
     [[nodiscard]] virtual Evaluation orientation(TdbTime time, Quat& to_icrf) const noexcept = 0;
-};
-
-/// Covered interval, TDB s since J2000.
-struct Interval {
-    double begin_s = 0, end_s = 0;
-
-    constexpr bool operator==(const Interval&) const = default;
 };
 
 /// Frame fixed in another one; null: in ICRF.

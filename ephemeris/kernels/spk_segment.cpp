@@ -2,7 +2,7 @@
 #include "ephemeris/kernels/spk_segment.hpp"
 
 #include "core/error.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
+#include "ephemeris/segments/segment_data.hpp"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 
 #include "core/geometry.hpp"
 #include "ephemeris/kernels/daf.hpp"
-#include "ephemeris/kernels/spk_data.hpp"
+#include "ephemeris/segments/spk_data.hpp"
 #include "ephemeris/time/epoch.hpp"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ephemeris/trajectories/sampled_path.hpp"
 
-#include "ephemeris/kernels/interpolation.hpp"
+#include "ephemeris/segments/interpolation.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // SPK kernels made by the test, of each supported type and both byte orders, against the motions they hold.
 #include "core/error.hpp"
 #include "ephemeris/kernels/ephemeris.hpp"
-#include "ephemeris/kernels/interpolation.hpp"
+#include "ephemeris/segments/interpolation.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/daf_writer.hpp"
 #include "tests/support/temp_folder.hpp"

@@ -2,8 +2,8 @@
 // Data of an SPK segment by type: a function of time.
 #pragma once
 
-#include "ephemeris/kernels/frame_model.hpp"
-#include "ephemeris/kernels/two_body.hpp"
+#include "ephemeris/segments/segment_data.hpp"
+#include "ephemeris/segments/two_body.hpp"
 #include "ephemeris/time/epoch.hpp"
 
 #include <cstdint>

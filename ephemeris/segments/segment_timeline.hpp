@@ -2,7 +2,7 @@
 // Which segment of the loaded kernels holds at a time, by priority.
 #pragma once
 
-#include "ephemeris/kernels/frame_model.hpp"
+#include "ephemeris/segments/segment_data.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ephemeris/kernels/segment_timeline.hpp"
+#include "ephemeris/segments/segment_timeline.hpp"
 
 #include <algorithm>
 

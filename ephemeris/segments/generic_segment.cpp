@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ephemeris/kernels/generic_segment.hpp"
+#include "ephemeris/segments/generic_segment.hpp"
 
 #include "core/error.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
+#include "ephemeris/segments/segment_data.hpp"
 
 #include <fmt/format.h>
 

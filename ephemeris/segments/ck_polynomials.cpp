@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // CK types 4, 5 and 6: Chebyshev series, and polynomials through packets.
 #include "core/error.hpp"
-#include "ephemeris/kernels/ck_segment.hpp"
-#include "ephemeris/kernels/generic_segment.hpp"
-#include "ephemeris/kernels/packet_segments.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
-#include "ephemeris/kernels/segment_timeline.hpp"
+#include "ephemeris/segments/ck_data.hpp"
+#include "ephemeris/segments/generic_segment.hpp"
+#include "ephemeris/segments/packet_segments.hpp"
+#include "ephemeris/segments/segment_data.hpp"
+#include "ephemeris/segments/segment_timeline.hpp"
 
 #include <fmt/format.h>
 

@@ -10,6 +10,13 @@
 
 namespace obscura::ephemeris {
 
+/// Covered interval, TDB s since J2000; of attitudes encoded ticks.
+struct Interval {
+    double begin_s = 0, end_s = 0;
+
+    constexpr bool operator==(const Interval&) const = default;
+};
+
 /// Fixed-length Chebyshev records of SPK types 2 and 3 and binary PCK type 2.
 struct ChebyshevRecords {
     std::span<const double> words;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPK types 2, 3, 14 and 20: Chebyshev series.
 #include "core/error.hpp"
-#include "ephemeris/kernels/generic_segment.hpp"
-#include "ephemeris/kernels/interpolation.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
-#include "ephemeris/kernels/spk_data.hpp"
+#include "ephemeris/segments/generic_segment.hpp"
+#include "ephemeris/segments/interpolation.hpp"
+#include "ephemeris/segments/segment_data.hpp"
+#include "ephemeris/segments/spk_data.hpp"
 
 #include <fmt/format.h>
 

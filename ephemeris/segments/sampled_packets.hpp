@@ -2,7 +2,7 @@
 // Packets of numbers at times, and the window of them that an interpolation takes.
 #pragma once
 
-#include "ephemeris/kernels/interpolation.hpp"
+#include "ephemeris/segments/interpolation.hpp"
 
 #include <cstddef>
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ephemeris/kernels/two_body.hpp"
+#include "ephemeris/segments/two_body.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -2,7 +2,7 @@
 // Segments made of mini-segments, each with packets of its own: SPK type 19 and CK type 6.
 #pragma once
 
-#include "ephemeris/kernels/sampled_packets.hpp"
+#include "ephemeris/segments/sampled_packets.hpp"
 
 #include <cstddef>
 #include <cstdint>

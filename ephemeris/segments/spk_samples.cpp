@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPK types 8, 9, 12, 13, 18 and 19: states at times, interpolated.
 #include "core/error.hpp"
-#include "ephemeris/kernels/packet_segments.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
-#include "ephemeris/kernels/spk_data.hpp"
+#include "ephemeris/segments/packet_segments.hpp"
+#include "ephemeris/segments/segment_data.hpp"
+#include "ephemeris/segments/spk_data.hpp"
 
 #include <fmt/format.h>
 

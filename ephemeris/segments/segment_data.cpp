@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ephemeris/kernels/segment_data.hpp"
+#include "ephemeris/segments/segment_data.hpp"
 
 #include "core/error.hpp"
-#include "ephemeris/kernels/interpolation.hpp"
+#include "ephemeris/segments/interpolation.hpp"
 
 #include <fmt/format.h>
 

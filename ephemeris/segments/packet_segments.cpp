@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ephemeris/kernels/packet_segments.hpp"
+#include "ephemeris/segments/packet_segments.hpp"
 
 #include "core/error.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
+#include "ephemeris/segments/segment_data.hpp"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPK types 5, 15 and 17: two-body motion between states, precessing conics, equinoctial elements.
 #include "core/error.hpp"
-#include "ephemeris/kernels/interpolation.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
-#include "ephemeris/kernels/spk_data.hpp"
+#include "ephemeris/segments/interpolation.hpp"
+#include "ephemeris/segments/segment_data.hpp"
+#include "ephemeris/segments/spk_data.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ephemeris/kernels/interpolation.hpp"
+#include "ephemeris/segments/interpolation.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ephemeris/kernels/sampled_packets.hpp"
+#include "ephemeris/segments/sampled_packets.hpp"
 
 #include <algorithm>
 #include <array>

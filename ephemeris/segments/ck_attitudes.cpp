@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // CK types 1, 2 and 3: attitudes at instants, at constant rates, and between attitudes.
 #include "core/error.hpp"
-#include "ephemeris/kernels/ck_segment.hpp"
-#include "ephemeris/kernels/segment_data.hpp"
+#include "ephemeris/segments/ck_data.hpp"
+#include "ephemeris/segments/segment_data.hpp"
 
 #include <fmt/format.h>
 
