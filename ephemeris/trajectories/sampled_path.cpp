@@ -79,26 +79,43 @@ void coordinate(const std::vector<Vec3>& values, const Window& window, double Ve
         out[i] = values[window.first + i].*axis;
 }
 
-Vec3 interpolated_position(const PathSegment& segment, Epoch at, double fraction_s) noexcept {
+/// Slope between two samples.
+Vec3 slope(const std::vector<Vec3>& values, const Window& two) noexcept {
+    if (two.count < 2) return {};
+    return (values[two.first + 1] - values[two.first]) * (1 / (two.time_s[1] - two.time_s[0]));
+}
+
+/// Position and its derivative.
+struct Motion {
+    Vec3 position_m, velocity_m_s;
+};
+
+Motion interpolated_motion(const PathSegment& segment, Epoch at, double fraction_s) noexcept {
     const Window window = window_at(segment, at, fraction_s, samples_of(segment.interpolation));
     if (window.count < 2 || segment.interpolation.method == Method::linear)
-        return between(segment.position_m, window);
-    Vec3 result;
+        return {between(segment.position_m, window), slope(segment.position_m, window)};
+    Motion result;
     std::array<double, max_samples> values{}, rates{};
     const auto used = [&](const std::array<double, max_samples>& all) {
         return std::span<const double>(all).first(window.count);
     };
+    const auto set = [&](double Vec3::*axis, ValueAndRate found) {
+        result.position_m.*axis = found.value;
+        result.velocity_m_s.*axis = found.rate;
+    };
     for (const auto axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
         coordinate(segment.position_m, window, axis, values);
         if (segment.interpolation.method == Method::lagrange) {
-            result.*axis = lagrange(window.times(), used(values)).value;
+            set(axis, lagrange(window.times(), used(values)));
         } else {
             coordinate(segment.velocity_m_s, window, axis, rates);
-            result.*axis = hermite(window.times(), used(values), used(rates)).value;
+            set(axis, hermite(window.times(), used(values), used(rates)));
         }
     }
     // Polynomials through samples at very uneven distances overflow.
-    return is_finite(result) ? result : between(segment.position_m, window_at(segment, at, fraction_s, 2));
+    if (is_finite(result.position_m) && is_finite(result.velocity_m_s)) return result;
+    const Window two = window_at(segment, at, fraction_s, 2);
+    return {between(segment.position_m, two), slope(segment.position_m, two)};
 }
 
 Quat interpolated_orientation(const PathSegment& segment, Epoch at, double fraction_s) noexcept {
@@ -130,10 +147,7 @@ Quat interpolated_orientation(const PathSegment& segment, Epoch at, double fract
 /// Velocity at an end of the segment, by which the path goes on.
 Vec3 velocity_at(const PathSegment& segment, Epoch at) noexcept {
     const Window two = window_at(segment, at, 0, 2);
-    if (!segment.velocity_m_s.empty()) return between(segment.velocity_m_s, two);
-    if (two.count < 2) return {};
-    return (segment.position_m[two.first + 1] - segment.position_m[two.first]) *
-           (1 / (two.time_s[1] - two.time_s[0]));
+    return segment.velocity_m_s.empty() ? slope(segment.position_m, two) : between(segment.velocity_m_s, two);
 }
 
 /// Rotation rate at an end of the segment, object's axes, rad/s.
@@ -181,9 +195,16 @@ SampledPath::Place SampledPath::find(double time_s) const noexcept {
 
 Vec3 SampledPath::position_m(double time_s) const noexcept {
     const Place place = find(time_s);
-    const Vec3 position = interpolated_position(*place.segment, place.at, place.fraction_s);
+    const Vec3 position = interpolated_motion(*place.segment, place.at, place.fraction_s).position_m;
     const double further_s = std::clamp(place.beyond_s, -max_extrapolation_s_, max_extrapolation_s_);
     return further_s == 0 ? position : position + velocity_at(*place.segment, place.at) * further_s;
+}
+
+Vec3 SampledPath::velocity_m_s(double time_s) const noexcept {
+    const Place place = find(time_s);
+    if (place.beyond_s == 0)
+        return interpolated_motion(*place.segment, place.at, place.fraction_s).velocity_m_s;
+    return std::abs(place.beyond_s) < max_extrapolation_s_ ? velocity_at(*place.segment, place.at) : Vec3{};
 }
 
 Quat SampledPath::orientation(double time_s) const noexcept {

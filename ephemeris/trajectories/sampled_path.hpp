@@ -20,6 +20,8 @@ public:
 
     /// Position on a trajectory, at any finite time.
     [[nodiscard]] Vec3 position_m(double time_s) const noexcept;
+    /// Derivative of position_m() by time, m/s: 0 where it holds.
+    [[nodiscard]] Vec3 velocity_m_s(double time_s) const noexcept;
     /// Orientation of an attitude profile, of unit norm, at any finite time.
     [[nodiscard]] Quat orientation(double time_s) const noexcept;
     /// Time since the end of the last segment that has begun, or up to the beginning of the first; 0 within

@@ -38,11 +38,38 @@ std::vector<Interval> common(const std::vector<Interval>& a, const std::vector<I
     return both;
 }
 
+/// Scene times at which kernels know a position or an attitude.
+class CoveredTimes {
+public:
+    CoveredTimes() = default;
+    explicit CoveredTimes(const std::vector<Interval>& known) {
+        for (const Interval& i : known)
+            if (i.end_s - i.begin_s > 4 * edge_s) covered_.push_back({i.begin_s + edge_s, i.end_s - edge_s});
+    }
+
+    [[nodiscard]] const std::vector<Interval>& intervals() const { return covered_; }
+    /// Covered time that is nearest to `time_s`; of none scene time 0, where something is known.
+    [[nodiscard]] double nearest(double time_s) const noexcept {
+        const auto after = std::lower_bound(covered_.begin(), covered_.end(), time_s,
+                                            [](const Interval& i, double t) { return i.end_s < t; });
+        if (after != covered_.end() && after->begin_s <= time_s) return time_s;
+        const bool next = after != covered_.end(), last = after != covered_.begin();
+        if (!next && !last) return 0;
+        if (!next) return (after - 1)->end_s;
+        if (!last) return after->begin_s;
+        return after->begin_s - time_s < time_s - (after - 1)->end_s ? after->begin_s : (after - 1)->end_s;
+    }
+
+private:
+    std::vector<Interval> covered_;
+};
+
 /// A pose that stays.
 class Still final : public PosePath {
 public:
     explicit Still(const Pose& pose) : pose_(pose) {}
     [[nodiscard]] Pose at(double /*time_s*/) const noexcept override { return pose_; }
+    [[nodiscard]] Vec3 velocity_m_s(double /*time_s*/) const noexcept override { return {}; }
     [[nodiscard]] double age_s(double /*time_s*/) const noexcept override { return 0; }
     [[nodiscard]] std::vector<double> times_s() const override { return {}; }
 
@@ -60,53 +87,66 @@ public:
           local_(std::move(local)) {
         first_.position_m = scene_->position(body, 0);
         first_.orientation = scene_->kernels().orientation(frame, scene_->tdb(0));
+        placed_ = CoveredTimes(scene_->coverage(body));
         std::vector<Interval> oriented;
         for (const Interval& i : scene_->kernels().orientation_coverage(frame))
             oriented.push_back({scene_->scene_s(i.begin_s), scene_->scene_s(i.end_s)});
-        for (const Interval& i : common(scene_->coverage(body), oriented))
-            if (i.end_s - i.begin_s > 4 * edge_s) covered_.push_back({i.begin_s + edge_s, i.end_s - edge_s});
+        oriented_ = CoveredTimes(oriented);
     }
 
     [[nodiscard]] Pose at(double time_s) const noexcept override {
-        const double covered_s = nearest(time_s);
-        Pose pose;
-        if (scene_->position(body_, covered_s, pose.position_m) != Evaluation::ok ||
-            model_->orientation(scene_->tdb(covered_s), pose.orientation) != Evaluation::ok)
-            pose = first_; // a kernel holds values that are no numbers
+        Pose pose{{}, orientation(time_s)};
+        if (scene_->position(body_, placed_.nearest(time_s), pose.position_m) != Evaluation::ok)
+            pose.position_m = first_.position_m; // a kernel holds values that are no numbers
         const Pose local = local_->at(time_s);
         return {to_parent(pose, local.position_m), normalized(pose.orientation * local.orientation)};
     }
+    [[nodiscard]] Vec3 velocity_m_s(double time_s) const noexcept override {
+        ephemeris::State state;
+        if (placed_.nearest(time_s) != time_s || scene_->state(body_, time_s, state) != Evaluation::ok)
+            state.velocity_m_s = {};
+        const Vec3 local_m = local_->at(time_s).position_m;
+        Vec3 velocity = state.velocity_m_s + rotate(orientation(time_s), local_->velocity_m_s(time_s));
+        if (length_squared(local_m) > 0)
+            velocity = velocity + (rotate(orientation(time_s + turn_step_s), local_m) -
+                                   rotate(orientation(time_s - turn_step_s), local_m)) /
+                                      (2 * turn_step_s);
+        return velocity;
+    }
     [[nodiscard]] double age_s(double time_s) const noexcept override {
-        return std::max(std::abs(time_s - nearest(time_s)), local_->age_s(time_s));
+        return std::max({std::abs(time_s - placed_.nearest(time_s)),
+                         std::abs(time_s - oriented_.nearest(time_s)), local_->age_s(time_s)});
     }
     [[nodiscard]] std::vector<double> times_s() const override {
         std::vector<double> times = local_->times_s();
         if (!times.empty()) return times;
-        for (const Interval& i : covered_)
-            for (const double t : {i.begin_s, i.end_s})
-                if (std::isfinite(t)) times.push_back(t);
+        for (const CoveredTimes* const covered : {&placed_, &oriented_})
+            for (const Interval& i : covered->intervals())
+                for (const double t : {i.begin_s, i.end_s})
+                    if (std::isfinite(t)) times.push_back(t);
+        std::sort(times.begin(), times.end());
+        times.erase(std::unique(times.begin(), times.end()), times.end());
         return times;
     }
 
 private:
-    /// Covered time that is nearest to `time_s`.
-    [[nodiscard]] double nearest(double time_s) const noexcept {
-        const auto after = std::lower_bound(covered_.begin(), covered_.end(), time_s,
-                                            [](const Interval& i, double t) { return i.end_s < t; });
-        if (after != covered_.end() && after->begin_s <= time_s) return time_s;
-        const bool next = after != covered_.end(), last = after != covered_.begin();
-        if (!next && !last) return 0;
-        if (!next) return (after - 1)->end_s;
-        if (!last) return after->begin_s;
-        return after->begin_s - time_s < time_s - (after - 1)->end_s ? after->begin_s : (after - 1)->end_s;
+    /// Half the step over which turns are differenced.
+    static constexpr double turn_step_s = 0.05;
+
+    [[nodiscard]] Quat orientation(double time_s) const noexcept {
+        Quat q;
+        return model_->orientation(scene_->tdb(oriented_.nearest(time_s)), q) == Evaluation::ok
+                   ? q
+                   : first_.orientation; // a kernel holds values that are no numbers
     }
 
     std::shared_ptr<const KernelFrame> scene_;
     std::shared_ptr<const ephemeris::FrameModel> model_;
     int body_;
     std::shared_ptr<const PosePath> local_;
-    Pose first_; ///< at scene time 0
-    std::vector<Interval> covered_;
+    Pose first_;            ///< at scene time 0
+    CoveredTimes placed_;   ///< where the position is known
+    CoveredTimes oriented_; ///< where the attitude is known
 };
 
 /// Hermite's cubics between states half a day apart; beyond them another path.
@@ -131,6 +171,14 @@ public:
         return {a.position_m + s * (slope_a + s * (3 * rise - 2 * slope_a - slope_b +
                                                    s * (slope_a + slope_b - 2 * rise))),
                 {}};
+    }
+    [[nodiscard]] Vec3 velocity_m_s(double time_s) const noexcept override {
+        const double place = time_s / step_s + steps;
+        if (states_.empty() || !(place >= 0 && place < 2 * steps)) return other_->velocity_m_s(time_s);
+        // Linear between the states: the Sun's acceleration hardly changes in half a day.
+        const auto i = static_cast<std::size_t>(place);
+        const double s = place - static_cast<double>(i);
+        return states_[i].velocity_m_s * (1 - s) + states_[i + 1].velocity_m_s * s;
     }
     [[nodiscard]] double age_s(double time_s) const noexcept override { return other_->age_s(time_s); }
     [[nodiscard]] std::vector<double> times_s() const override { return other_->times_s(); }

@@ -25,6 +25,9 @@ public:
         if (parts_.attitudes) pose.orientation = parts_.attitudes->orientation(time_s);
         return pose;
     }
+    [[nodiscard]] Vec3 velocity_m_s(double time_s) const noexcept override {
+        return parts_.positions ? parts_.positions->velocity_m_s(time_s) : Vec3{};
+    }
     [[nodiscard]] double age_s(double time_s) const noexcept override {
         return std::max(parts_.positions ? parts_.positions->age_s(time_s) : 0,
                         parts_.attitudes ? parts_.attitudes->age_s(time_s) : 0);

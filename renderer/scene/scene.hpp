@@ -50,6 +50,9 @@ public:
     virtual ~PosePath() = default;
     /// Pose at `time_s`, any finite number, with a unit quaternion.
     [[nodiscard]] virtual Pose at(double time_s) const noexcept = 0;
+    /// Derivative of the position of at(), m/s: 0 where the path holds; at a corner that of what follows, at
+    /// the end that of what came before.
+    [[nodiscard]] virtual Vec3 velocity_m_s(double time_s) const noexcept = 0;
     /// Distance of `time_s` from the times for which the file has poses; 0 within them.
     [[nodiscard]] virtual double age_s(double time_s) const noexcept = 0;
     /// Times at which the file has poses, ascending; not real-time safe.

@@ -71,6 +71,39 @@ Pose pose_on_parent(const scene::Scene& scene, std::span<const BuiltBody> bodies
     return inertial_pose(bodies, motion, scene::index_of(scene.bodies, parent), pose, time_s);
 }
 
+/// Half the step over which what has no derivative of its own is differenced: turns, joints, and poses from
+/// outside.
+constexpr double half_step_s = 0.05;
+
+/// Velocity of `motion` with `joint` in the frame of its parent.
+Vec3 velocity_in_parent(const scene::Motion& motion, const scene::Joint& joint, double time_s) {
+    Pose live;
+    if ((motion.live && motion.live->at(time_s, live)) || joint.kind == scene::Joint::Kind::slide)
+        return (pose_in_parent(motion, joint, time_s + half_step_s).position_m -
+                pose_in_parent(motion, joint, time_s - half_step_s).position_m) /
+               (2 * half_step_s);
+    return scripted_velocity_m_s(motion, time_s);
+}
+
+/// Inertial velocity of `motion` on body `parent`. Positions and attitudes are taken apart, so that an
+/// attitude that is known for an instant only does not stop what moves.
+Vec3 inertial_velocity_m_s(std::span<const BuiltBody> bodies, const scene::Motion& motion,
+                           const scene::Joint& joint, std::int32_t parent, double time_s) {
+    Vec3 velocity = velocity_in_parent(motion, joint, time_s);
+    if (parent < 0) return velocity;
+    const auto up = static_cast<std::size_t>(parent);
+    if (!motion.inertial_axes) {
+        const auto turned = [&](double at_s, Vec3 v) {
+            return rotate(body_pose(bodies, up, at_s).orientation, v);
+        };
+        velocity = turned(time_s, velocity);
+        if (const Vec3 at_m = pose_in_parent(motion, joint, time_s).position_m; length_squared(at_m) > 0)
+            velocity = velocity + (turned(time_s + half_step_s, at_m) - turned(time_s - half_step_s, at_m)) /
+                                      (2 * half_step_s);
+    }
+    return velocity + body_velocity_m_s(bodies, up, time_s);
+}
+
 /// Inertial pose of the frame that the poses of `motion` on `parent` refer to.
 Pose frame_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
               const scene::Motion& motion, double time_s) {
@@ -122,15 +155,16 @@ Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time
                          time_s);
 }
 
+Vec3 body_velocity_m_s(std::span<const BuiltBody> bodies, std::size_t index, double time_s) {
+    const BuiltBody& body = bodies[index];
+    return inertial_velocity_m_s(bodies, body.motion, body.joint, body.parent, time_s);
+}
+
 Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
     const scene::Camera& camera = scene.camera;
     if (length(camera.velocity_m_s) > 0) return camera.velocity_m_s;
-    const auto position = [&](double at_s) {
-        return pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, at_s).position_m;
-    };
-    // Short compared with the sampling of a trajectory, long compared with the rounding of positions at 1 au.
-    constexpr double half_s = 0.05;
-    return (position(time_s + half_s) - position(time_s - half_s)) / (2 * half_s);
+    const std::int32_t parent = camera.parent.empty() ? -1 : scene::index_of(scene.bodies, camera.parent);
+    return inertial_velocity_m_s(bodies, camera.motion, camera.joint, parent, time_s);
 }
 
 Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {

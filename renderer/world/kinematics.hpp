@@ -22,7 +22,12 @@ namespace obscura::renderer {
 [[nodiscard]] Vec3 point_position(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                                   const scene::SkyObject& object, double time_s);
 
-/// Velocity of the camera in the inertial frame for aberration: its own key, or that of its motion.
+/// Inertial velocity of a body's origin, m/s: the derivative of its motion's own interpolation, 0 where that
+/// holds; attitudes that hold do not matter. Turns of parents, slides and poses from outside are differenced
+/// over 0.1 s.
+[[nodiscard]] Vec3 body_velocity_m_s(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
+
+/// Velocity of the camera in the inertial frame for aberration: its own key, or as body_velocity_m_s().
 [[nodiscard]] Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                                        double time_s);
 

@@ -38,6 +38,17 @@ Pose scripted_pose(const scene::Motion& motion, double time_s) {
     return pose;
 }
 
+Vec3 scripted_velocity_m_s(const scene::Motion& motion, double time_s) {
+    if (motion.path) return motion.path->velocity_m_s(time_s);
+    const auto& samples = motion.samples;
+    if (samples.size() == 1 || time_s < samples.front().time_s || time_s > samples.back().time_s) return {};
+    auto after = std::upper_bound(samples.begin(), samples.end(), time_s,
+                                  [](double t, const scene::TimedPose& s) { return t < s.time_s; });
+    if (after == samples.end()) --after;
+    const auto before = after - 1;
+    return (after->pose.position_m - before->pose.position_m) / (after->time_s - before->time_s);
+}
+
 void validate(const scene::Motion& motion, const std::string& place) {
     if (motion.samples.empty()) throw ConfigError(fmt::format("{}: no pose: at least one is wanted", place));
     for (std::size_t i = 0; i < motion.samples.size(); ++i) {

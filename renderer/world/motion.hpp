@@ -17,6 +17,10 @@ namespace obscura::renderer {
 /// As pose_at(), without the live pose.
 [[nodiscard]] Pose scripted_pose(const scene::Motion& motion, double time_s);
 
+/// Derivative of the position of scripted_pose(), m/s: 0 where it holds; at a corner that of what follows, at
+/// the last sample that of what came before.
+[[nodiscard]] Vec3 scripted_velocity_m_s(const scene::Motion& motion, double time_s);
+
 /// Throws ConfigError that names `place` unless there is a sample, times increase and all numbers are finite.
 void validate(const scene::Motion& motion, const std::string& place);
 

@@ -145,6 +145,20 @@ TEST_CASE("beyond an OEM the path goes on with its velocity up to a limit, then 
     check_near(path.position_m(-1e15), on_circle_m(60) - velocity_m_s(60) * 10.0, 1e-6);
     const SampledPath held = oem_path(oem_segment(60, 600, 60));
     check_near(held.position_m(700), on_circle_m(600), 1e-6);
+    // Its velocity is that of what it does.
+    check_near(path.velocity_m_s(604), velocity_m_s(600), 1e-9);
+    check_near(path.velocity_m_s(600), velocity_m_s(600), 1e-9);
+    check_near(path.velocity_m_s(57), velocity_m_s(60), 1e-9);
+    check_near(path.velocity_m_s(611), {}, 0);
+    check_near(held.velocity_m_s(600.5), {}, 0);
+    for (const char* kind : {"LINEAR", "HERMITE", "LAGRANGE"}) {
+        INFO(kind);
+        const SampledPath any = oem_path(
+            oem_segment(0, 600, 60, std::string("INTERPOLATION = ") + kind + "\nINTERPOLATION_DEGREE = 7\n"));
+        for (const double t : {17.0, 290.0, 583.5})
+            check_near(any.velocity_m_s(t), (any.position_m(t + 0.01) - any.position_m(t - 0.01)) / 0.02,
+                       1e-5);
+    }
 }
 
 TEST_CASE("a gap between segments counts as the end of the one before", "[ephemeris]") {

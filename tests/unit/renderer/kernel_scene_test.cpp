@@ -234,6 +234,46 @@ TEST_CASE("Cameras follow bodies of the kernels, at a constant pose in a frame o
     CHECK(length(poses.camera_velocity_m_s(50) - (v + Vec3{1000, 0, 0})) < 0.05);
 }
 
+TEST_CASE("An attitude that is known for an instant does not stop the position") {
+    const KernelScene files;
+    // Clock of 100 ticks a second, at 100000 at the epoch; attitudes over some ticks.
+    files.write("clock.tsc",
+                "KPL/SCLK\n\\begindata\nSCLK_DATA_TYPE_77 = ( 1 )\nSCLK01_TIME_SYSTEM_77 = ( 1 )\n"
+                "SCLK01_N_FIELDS_77 = ( 2 )\nSCLK01_MODULI_77 = ( 1000000 100 )\n"
+                "SCLK01_OFFSETS_77 = ( 0 0 )\nSCLK01_COEFFICIENTS_77 = ( 0 -1000. 1.D0 )\n"
+                "FRAME_CRAFT = -77001\nFRAME_-77001_NAME = 'CRAFT'\nFRAME_-77001_CLASS = 3\n"
+                "FRAME_-77001_CLASS_ID = -77001\nFRAME_-77001_CENTER = -77\n"
+                "CK_-77001_SCLK = -77\n\\begintext\n");
+    const std::string camera =
+        "aberration = true\n[camera]\nephemeris = \"-900\"\nephemeris_frame = \"CRAFT\"\n";
+    const Vec3 v = Vec3{11.9 - 6 + 1, -4 + 12, -2 + 5} * 1000.0; // of the SPK
+    const double half = std::sqrt(0.5);
+    for (const double ticks : {0.1, 1.0, 20.0, 10000.0}) {
+        INFO(ticks);
+        const std::vector<double> words{half,  0,       0,           -half,   half, 0, 0,
+                                        -half, 99999.9, 1e5 + ticks, 99999.9, 1,    2};
+        files.write(
+            "a.bc",
+            test::daf_bytes("CK", {{"ATTITUDE", {99999.9, 1e5 + ticks}, {-77001, 1, 3, 0}, words}}, false));
+        std::string text = files.head + camera;
+        text.replace(text.find("\"all.tm\""), 8, "[\"all.tm\", \"clock.tsc\", \"a.bc\"]");
+        files.write("ck.toml", text);
+        const scene::Scene s = scene::load_scene(files.path() / "ck.toml");
+        const renderer::ScenePoses poses(s);
+        const scene::PosePath& path = *s.camera.motion.path;
+        for (const double t : {0.0, 0.004, 50.0, 150.0}) {
+            INFO(t);
+            CHECK(length(poses.camera_velocity_m_s(t) - v) < 1e-3);
+            CHECK(length(path.at(t).position_m - path.at(0).position_m - v * t) < 1e-3 + 1e-7 * t);
+            CHECK(angle(rotate(path.at(t).orientation, {1, 0, 0}), {0, 1, 0}) < 1e-12);
+        }
+        // The age is that of the attitude.
+        CHECK(std::abs(path.age_s(150) - (150 - ticks / 100)) < 1e-3);
+        // Where the position holds it has no velocity.
+        CHECK(length(poses.camera_velocity_m_s(300)) == 0);
+    }
+}
+
 TEST_CASE("In gaps of kernels the pose at the nearest covered time is used, and its age grows") {
     const KernelScene files;
     const scene::Scene s = files.load("[camera]\nephemeris = \"-900\"\n");

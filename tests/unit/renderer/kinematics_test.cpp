@@ -55,6 +55,40 @@ private:
 
 } // namespace
 
+TEST_CASE("Velocities are the derivatives of positions, through turns, slides and parents") {
+    scene::Scene s;
+    s.bodies = {box("planet", {1, 1, 1}), box("mast", {1, 1, 1}, "planet"), box("moon", {1, 1, 1}, "planet"),
+                box("pack", {1, 1, 1}, "mast")};
+    s.bodies[0].motion.samples = {{0, {{0, 0, 0}, {}}}, {10, {{100, 20, 0}, axis_angle({1, 0, 0}, 0.5)}}};
+    s.bodies[0].motion.spin_rate_rad_s = 0.3;
+    s.bodies[1].motion.samples = {{0, {{0, 3, 1}, {}}}, {20, {{0, 5, 1}, axis_angle({0, 1, 0}, 1)}}};
+    s.bodies[2].motion.inertial_axes = true;
+    s.bodies[2].motion.samples = {{0, {{0, 50, 0}, {}}}, {10, {{0, 50, 20}, {}}}};
+    s.bodies[3].joint = {scene::Joint::Kind::slide, {0, 0, 1}, {{0, 0}, {10, 4}}};
+    s.bodies[3].motion.samples[0].pose.position_m = {2, 0, 0};
+    s.camera.parent = "pack";
+    s.camera.motion.samples[0].pose.position_m = {0, 0, 7};
+    const std::vector<BuiltBody> built = build_bodies(s);
+    constexpr double h = 1e-4;
+    for (const double t : {1.0, 4.0, 9.0, 15.0}) {
+        INFO(t);
+        for (std::size_t b = 0; b < built.size(); ++b)
+            check_near(body_velocity_m_s(built, b, t),
+                       (body_pose(built, b, t + h).position_m - body_pose(built, b, t - h).position_m) /
+                           (2 * h),
+                       1e-3);
+        check_near(camera_velocity_m_s(s, built, t),
+                   (camera_pose(s, built, t + h).position_m - camera_pose(s, built, t - h).position_m) /
+                       (2 * h),
+                   1e-3);
+    }
+    // At the ends of a table the velocity is that within; beyond, it holds.
+    CHECK(body_velocity_m_s(built, 0, 0) == Vec3{10, 2, 0});
+    CHECK(body_velocity_m_s(built, 0, 10) == Vec3{10, 2, 0});
+    CHECK(body_velocity_m_s(built, 0, 10.001) == Vec3{0, 0, 0});
+    CHECK(body_velocity_m_s(built, 0, -0.001) == Vec3{0, 0, 0});
+}
+
 TEST_CASE("What counts from a body with inertial axes goes with it and does not turn with it") {
     scene::Scene s;
     s.bodies = {box("planet", {1, 1, 1}), box("moon", {1, 1, 1}, "planet"), box("crater", {1, 1, 1}, "moon")};
