@@ -31,6 +31,7 @@ ALLOWED = {
 # Files that are rooms of their own, each with the reason. All other files of a folder are one room: rooms that include
 # each other in a circle are a complaint, whatever folders they are in.
 OWN_ROOMS = {
+    "renderer/renderer.cpp": "composes the passes below it, which read the requests of renderer.hpp",
     "sync/registry.cpp": "lists the kinds of trigger sources below it",
     "transports/gige/settings.hpp": "plain settings that channels and device read; their section is made above, in settings.cpp",
     "transports/registry.cpp": "lists the kinds of transports below it",

@@ -31,7 +31,6 @@ EXCEPTIONS = {
     "renderer/integrators/noise_estimate.cpp:NoiseSums::variance": (90, "not divided yet"),
     "renderer/integrators/path_tracer.cpp:PathTracer::add_planetshine": (95, "not divided yet"),
     "renderer/integrators/wing_samples.cpp:WingMap::trace_block": (160, "not divided yet"),
-    "renderer/renderer.cpp": (1940, "the passes of a frame, not divided yet"),
     "renderer/reprojection/motion_grid.cpp:MotionGrid::take": (85, "not divided yet"),
     "renderer/truth/scene_truth.cpp": (515, "not divided yet"),
     "renderer/world/row_state.cpp:set_row_state": (100, "not divided yet"),
