@@ -27,7 +27,6 @@ EXCEPTIONS = {
     "renderer/camera/psf.cpp:Psf::make": (145, "not divided yet"),
     "renderer/camera/psf.cpp:PsfCore::PsfCore": (95, "not divided yet"),
     "renderer/integrators/aovs.cpp:trace_aovs": (95, "not divided yet"),
-    "renderer/integrators/block_tracer.cpp": (595, "not divided yet"),
     "renderer/integrators/noise_estimate.cpp:NoiseSums::variance": (90, "not divided yet"),
     "renderer/integrators/path_tracer.cpp:PathTracer::add_planetshine": (95, "not divided yet"),
     "renderer/integrators/wing_samples.cpp:WingMap::trace_block": (160, "not divided yet"),
