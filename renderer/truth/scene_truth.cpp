@@ -7,9 +7,9 @@
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/star_catalogue.hpp"
-#include "renderer/shapes/single_ray.hpp"
 #include "renderer/truth/body_light.hpp"
 #include "renderer/truth/curves.hpp"
+#include "renderer/truth/disc_shares.hpp"
 #include "renderer/truth/features.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "renderer/truth/sight.hpp"
@@ -20,13 +20,9 @@
 #include <array>
 #include <cmath>
 #include <memory_resource>
-#include <numbers>
 
 namespace obscura::renderer {
 namespace {
-
-/// Rays over the disc of a body, for the part of it that is seen.
-constexpr int disc_rays = 128;
 
 void set_place(TruthEntry& entry, std::size_t window, const Landing& landing) {
     entry.window = static_cast<std::uint16_t>(window);
@@ -379,42 +375,6 @@ private:
         }
     }
 
-    /// Share of a body's disc that is seen on the window's pixels, at one instant, and that without what
-    /// hides it.
-    struct DiscShares {
-        double seen = 0, inside = 0;
-    };
-    [[nodiscard]] DiscShares disc_shares(std::size_t body, std::size_t window, const TruthState& state) {
-        const Shape& shape = *scene_.bodies[body].shape;
-        const Pose& pose = state.bodies[body];
-        const Vec3 to_body = pose.position_m - state.camera.position_m;
-        const double distance = length(to_body), radius = shape.bounding_radius_m();
-        if (!(distance > radius)) return {1, 1};
-        const Quat own = conjugate(pose.orientation);
-        const Vec3 axis = to_body / distance;
-        Vec3 u, v;
-        orthonormal_basis(axis, u, v);
-        // In the plane through the centre, across the line of sight, the cone has this radius.
-        const double rim = radius / std::sqrt(1 - radius / distance * (radius / distance));
-        int disc = 0, inside = 0, seen = 0;
-        for (int i = 0; i < disc_rays; ++i) {
-            const double r = rim * std::sqrt((i + 0.5) / disc_rays);
-            const double a = i * std::numbers::pi * (3 - std::sqrt(5.0));
-            const Vec3 ray = normalized(to_body + r * std::cos(a) * u + r * std::sin(a) * v);
-            const double range = distance_along(shape, rotate(own, -to_body), rotate(own, ray));
-            if (range == no_hit) continue;
-            ++disc;
-            const Vec3 direction = state.camera_from_inertial * ray;
-            ImagePoint shift;
-            const auto at = states_.project(state, direction, shift);
-            if (!at || !states_.on_window(window, *at)) continue;
-            ++inside;
-            if (!is_hidden(scene_, state, direction, range, body)) ++seen;
-        }
-        if (disc == 0) return {};
-        return {static_cast<double>(seen) / disc, static_cast<double>(inside) / disc};
-    }
-
     void add_body(std::size_t b) {
         const auto towards = [&](const TruthState& s) { return towards_point(s, b, {}); };
         const auto seen = [](const TruthState& /*s*/, Vec3 /*d*/) { return true; };
@@ -430,7 +390,7 @@ private:
         for (std::size_t w = 0; w < request_.windows.size(); ++w) {
             const std::optional<Landing> landing = states_.land(w, towards, seen);
             const TruthState& state = landing ? *landing->state : states_.middle_of(w);
-            const DiscShares shares = disc_shares(b, w, state);
+            const DiscShares shares = disc_shares(scene_, states_, b, w, state);
             entry.range_m = length(state.bodies[b].position_m - state.camera.position_m);
             entry.x_px = entry.y_px = TruthEntry::unknown;
             if (landing) set_place(entry, w, *landing);

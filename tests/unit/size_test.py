@@ -31,7 +31,6 @@ EXCEPTIONS = {
     "renderer/integrators/path_tracer.cpp:PathTracer::add_planetshine": (95, "not divided yet"),
     "renderer/integrators/wing_samples.cpp:WingMap::trace_block": (160, "not divided yet"),
     "renderer/reprojection/motion_grid.cpp:MotionGrid::take": (85, "not divided yet"),
-    "renderer/truth/scene_truth.cpp": (515, "not divided yet"),
     "renderer/world/row_state.cpp:set_row_state": (100, "not divided yet"),
     "sensors/kernels.cpp:poisson_row": (90, "one loop of a vector kernel, whose state lives in registers"),
     "sensors/sensor_file.cpp:keys_of": (200, "the table of a detector's keys, in the order of the file"),
