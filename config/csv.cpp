@@ -3,13 +3,12 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/number.hpp"
 #include "core/text/text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <limits>
 
 namespace obscura::config {
@@ -85,11 +84,12 @@ void read_csv(const std::filesystem::path& file, std::span<const CsvColumn> colu
         const std::size_t end = std::min(text.find('\n', at), text.size());
         std::string_view line(text.data() + at, end - at);
         at = end + 1;
-        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
         if (trimmed(line).empty() || trimmed(line).front() == '#') continue;
 
         const std::vector<std::string_view> cells = split(line);
         if (!header_seen) {
+            if (cells.size() == 1 && line.find(';') != std::string_view::npos)
+                fail_at(file, number, 1, "columns are separated by semicolons, allowed are commas");
             if (!match_header(cells, columns, present))
                 fail_at(file, number, 1,
                         fmt::format("header is \"{}\", allowed \"{}\"", printable(line, 80), allowed));
@@ -113,11 +113,11 @@ void read_csv(const std::filesystem::path& file, std::span<const CsvColumn> colu
             texts[present[i]] = cell;
             column_at[present[i]] = place;
             if (column.text || (column.optional && cell.empty())) continue;
-            double& value = values[present[i]];
-            const auto [rest, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-            if (error != std::errc{} || rest != cell.data() + cell.size() || !std::isfinite(value))
+            const std::optional<double> value = decimal_number(cell);
+            if (!value)
                 fail_at(file, number, place,
                         fmt::format("{}: \"{}\" is not a finite number", column.name, printable(cell, 40)));
+            values[present[i]] = *value;
         }
         row({file, number, values, texts, column_at});
     }

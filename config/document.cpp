@@ -3,18 +3,12 @@
 #include "config/document.hpp"
 
 #include "core/error.hpp"
-#include "core/io/input_file.hpp"
+#include "core/io/text_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <memory>
 
 namespace obscura::config {
 namespace {
@@ -149,22 +143,7 @@ std::string printable(std::string_view text, std::size_t limit) {
 }
 
 std::string read_text(const std::filesystem::path& file, std::string& text) {
-    constexpr std::size_t limit = std::size_t{64} << 20;
-    // Non-blocking, so that a pipe under this name cannot hold up the start.
-    const int opened = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (opened < 0) return std::strerror(errno);
-    const auto close = [](std::FILE* f) { std::fclose(f); };
-    const std::unique_ptr<std::FILE, decltype(close)> in(fdopen(opened, "rb"), close);
-    struct stat facts {};
-    if (!in || fstat(opened, &facts) != 0) return std::strerror(errno);
-    // Reading a directory, device or pipe could block or never end.
-    if (!S_ISREG(facts.st_mode)) return "not a regular file";
-    if (static_cast<std::size_t>(facts.st_size) > limit) return "larger than 64 MiB";
-    note_input(file);
-    text.resize(static_cast<std::size_t>(facts.st_size));
-    text.resize(std::fread(text.data(), 1, text.size(), in.get()));
-    if (std::ferror(in.get()) != 0) return std::strerror(errno);
-    return {};
+    return read_plain_text(file, std::size_t{64} << 20, text);
 }
 
 Value parse_text(std::string_view text, const std::string& name) {

@@ -2,14 +2,14 @@
 #include "ephemeris/kernels/kernel_pool.hpp"
 
 #include "core/error.hpp"
-#include "core/io/input_file.hpp"
+#include "core/io/text_file.hpp"
+#include "core/text/number.hpp"
 
 #include <erfa.h>
 #include <fmt/format.h>
 
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -29,20 +29,6 @@ std::string shown(std::string_view word) {
     for (char& c : text)
         if (c < ' ' || c > '~') c = '?';
     return text;
-}
-
-/// Number with an exponent of E or D.
-std::optional<double> parse_number(std::string_view word) {
-    std::string text(word);
-    for (char& c : text)
-        if (c == 'D' || c == 'd') c = 'e';
-    const char* first = text.c_str();
-    if (*first == '+') ++first;
-    double value = 0;
-    const auto [end, error] = std::from_chars(first, text.c_str() + text.size(), value);
-    if (error != std::errc() || end != text.c_str() + text.size() || !std::isfinite(value) || first == end)
-        return std::nullopt;
-    return value;
 }
 
 std::optional<int> month_number(std::string_view word) {
@@ -76,7 +62,7 @@ std::optional<double> parse_date(std::string_view word) {
                 values[i] = *month;
                 continue;
             }
-        const auto number = parse_number(parts[i]);
+        const auto number = decimal_number(parts[i]);
         if (!number || *number < 0 || (i != 5 && *number != std::floor(*number)) || *number > 9999)
             return std::nullopt;
         values[i] = *number;
@@ -204,7 +190,7 @@ void add_value(KernelPool::Variable& variable, const Token& token) {
                                          variable.place, shown(token.text)));
         variable.numbers.push_back(*date);
     } else {
-        const auto number = parse_number(token.text);
+        const auto number = decimal_number(token.text);
         if (!number)
             throw InputError(fmt::format("{}: '{}' is not a number, a date (@) or a string in quotes",
                                          variable.place, shown(token.text)));
@@ -230,20 +216,14 @@ std::string kernel_name(std::string_view text) {
 }
 
 void KernelPool::read(const std::filesystem::path& file) {
-    const InputFile in = open_input(file);
-    const std::uintmax_t size = std::filesystem::file_size(file);
-    if (size > max_kernel_bytes)
+    std::string text;
+    if (const std::string why = read_plain_text(file, max_kernel_bytes, text); !why.empty())
         throw InputError(
-            fmt::format("{}: {} bytes, a text kernel has at most {}", file.string(), size, max_kernel_bytes));
-    std::string text(static_cast<std::size_t>(size), '\0');
-    text.resize(std::fread(text.data(), 1, text.size(), in.get()));
+            fmt::format("{}: neither a text kernel nor a DAF (SPK, CK, PCK): {}", file.string(), why));
     read_text(text, file.string());
 }
 
 void KernelPool::read_text(const std::string& text, const std::string& file) {
-    if (text.find('\0') != std::string::npos)
-        throw InputError(
-            fmt::format("{}: neither a text kernel nor a DAF (SPK, CK, PCK): it has a zero byte", file));
     Tokens tokens(text, file);
     Token token = tokens.next();
     if (!tokens.data_seen() && !text.starts_with("KPL/"))

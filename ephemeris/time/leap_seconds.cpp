@@ -2,6 +2,7 @@
 #include "ephemeris/time/leap_seconds.hpp"
 
 #include "core/error.hpp"
+#include "core/io/text_file.hpp"
 #include "ephemeris/time/calendar.hpp"
 
 #include <erfa.h>
@@ -11,8 +12,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string_view>
 
@@ -23,7 +22,7 @@ namespace {
 constexpr std::int64_t first_step_day = 730;
 /// NTP counts seconds from 1900.
 constexpr std::int64_t ntp_of_1970_s = 2'208'988'800;
-constexpr std::uintmax_t max_list_bytes = 1 << 20;
+constexpr std::size_t max_list_bytes = 1 << 20;
 
 [[noreturn]] void fail(const std::string& name, std::size_t line, const std::string& what) {
     throw ConfigError(fmt::format("{}:{}: {}", name, line, what));
@@ -95,7 +94,7 @@ LeapSeconds parse_kernel(const std::string& text, const std::string& name) {
     std::int32_t value = 0;
     for (std::size_t number = 1; std::getline(lines, line); ++number) {
         std::replace_if(
-            line.begin(), line.end(), [](char c) { return c == ',' || c == '\t' || c == '\r'; }, ' ');
+            line.begin(), line.end(), [](char c) { return c == ',' || c == '\t'; }, ' ');
         std::string spaced;
         for (const char c : line)
             spaced += c == '(' || c == ')' || c == '=' ? std::string{' ', c, ' '} : std::string(1, c);
@@ -158,14 +157,10 @@ LeapSeconds parse_leap_seconds(const std::string& text, const std::string& name)
 }
 
 LeapSeconds read_leap_seconds(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-    if (!in || error) throw ConfigError(fmt::format("{}: cannot be read", file.string()));
-    if (bytes > max_list_bytes)
-        throw ConfigError(fmt::format("{}: {} bytes are too many for leap seconds, allowed are {}",
-                                      file.string(), bytes, max_list_bytes));
-    return parse_leap_seconds({std::istreambuf_iterator<char>(in), {}}, file.string());
+    std::string text;
+    if (const std::string why = read_plain_text(file, max_list_bytes, text); !why.empty())
+        throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), why));
+    return parse_leap_seconds(text, file.string());
 }
 
 void validate(const LeapSeconds& leap_seconds, const std::string& name) {

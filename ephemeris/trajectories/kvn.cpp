@@ -3,21 +3,18 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
-#include "core/io/input_file.hpp"
+#include "core/io/text_file.hpp"
+#include "core/text/number.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
-#include <fstream>
-#include <iterator>
 
 namespace obscura::ephemeris {
 namespace {
 
-constexpr std::uintmax_t max_message_bytes = std::uintmax_t{512} << 20;
+constexpr std::size_t max_message_bytes = std::size_t{512} << 20;
 
 bool is_space(char c) {
     return c == ' ' || c == '\t' || c == '\r';
@@ -61,7 +58,7 @@ std::string shown(std::string_view text) {
 }
 
 KvnReader::KvnReader(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {
-    const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    const std::size_t first = text.find_first_not_of(" \t\n");
     if (first != std::string_view::npos && text[first] == '<')
         fail(1, "is XML (NDM/XML), allowed is the keyword = value notation (KVN)");
 }
@@ -93,15 +90,10 @@ bool KvnReader::next(KvnLine& line) {
 }
 
 std::string read_message(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-    if (!in || error) throw ConfigError(fmt::format("{}: cannot be read", file.string()));
-    if (bytes > max_message_bytes)
-        throw ConfigError(
-            fmt::format("{}: {} bytes, allowed are at most {}", file.string(), bytes, max_message_bytes));
-    note_input(file);
-    return {std::istreambuf_iterator<char>(in), {}};
+    std::string text;
+    if (const std::string why = read_plain_text(file, max_message_bytes, text); !why.empty())
+        throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), why));
+    return text;
 }
 
 KvnBlock::KvnBlock(KvnReader& reader, std::string_view end, std::span<const std::string_view> allowed)
@@ -213,12 +205,9 @@ KvnSample sample_of(const KvnReader& reader, const KvnLine& line, TimeScale scal
     if (sample.epoch < span.start || sample.epoch > span.stop)
         reader.fail(line.number, fmt::format("{} is not between START_TIME and STOP_TIME", shown(time)));
     for (std::string_view text = word(); !text.empty(); text = word()) {
-        if (text.front() == '+') text.remove_prefix(1);
-        double number = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(number))
-            reader.fail(line.number, fmt::format("\"{}\" is no finite number", shown(text)));
-        sample.numbers.push_back(number);
+        const std::optional<double> number = decimal_number(text);
+        if (!number) reader.fail(line.number, fmt::format("\"{}\" is no finite number", shown(text)));
+        sample.numbers.push_back(*number);
     }
     return sample;
 }
@@ -249,11 +238,10 @@ void append_segment(const KvnReader& reader, std::size_t line, PathFile& file, c
 std::uint32_t degree_of(const KvnBlock& block, std::string_view keyword, std::uint32_t otherwise) {
     if (!block.has(keyword)) return otherwise;
     const std::string& text = block.required(keyword);
-    std::uint32_t degree = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), degree);
-    if (error != std::errc{} || end != text.data() + text.size() || degree < 1 || degree > max_degree)
+    const std::int64_t degree = whole_number(text).value_or(0);
+    if (degree < 1 || degree > std::int64_t{max_degree})
         block.fail(keyword, fmt::format("\"{}\", allowed 1 to {}", shown(text), max_degree));
-    return degree;
+    return static_cast<std::uint32_t>(degree);
 }
 
 } // namespace obscura::ephemeris

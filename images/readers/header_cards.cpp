@@ -2,6 +2,7 @@
 #include "images/readers/header_cards.hpp"
 
 #include "core/error.hpp"
+#include "core/io/text_file.hpp"
 #include "core/text/text.hpp"
 
 #include <ImfAttribute.h>
@@ -19,6 +20,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 
 namespace obscura::images {
@@ -110,8 +112,10 @@ std::vector<HeaderCard> cards_of_png(const std::filesystem::path& file) {
 
 /// Lines KEY = VALUE # comment, as write_raw16() makes them.
 std::vector<HeaderCard> cards_of_sidecar(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    std::string content;
+    if (const std::string why = read_plain_text(file, std::size_t{16} << 20, content); !why.empty())
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), why));
+    std::istringstream in(content);
     std::vector<HeaderCard> cards;
     std::size_t number = 0;
     for (std::string line; std::getline(in, line);) {

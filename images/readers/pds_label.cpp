@@ -3,13 +3,14 @@
 
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/text_file.hpp"
+#include "core/text/number.hpp"
 #include "core/text/text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cstdio>
 
 namespace obscura::images {
@@ -110,7 +111,7 @@ PdsLabel::PdsLabel(const std::filesystem::path& file) : file_(file) {
     // Read at most 1 MiB, more than any label has: an attached label is followed by its data.
     std::string text(std::size_t{1} << 20, '\0');
     text.resize(std::fread(text.data(), 1, text.size(), in.get()));
-    Scanner scanner(file_, text);
+    Scanner scanner(file_, without_byte_order_mark(text));
     std::vector<std::string> objects;
     std::string key, value;
     while (scanner.next(key, value)) {
@@ -143,12 +144,11 @@ std::string PdsLabel::text(std::string_view key, std::string_view fallback) cons
 
 std::int64_t PdsLabel::integer(std::string_view key) const {
     const std::string digits = bare(text(key));
-    std::int64_t value = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (error != std::errc{} || end != digits.data() + digits.size())
+    const std::optional<std::int64_t> value = whole_number(digits);
+    if (!value)
         throw InputError(
             fmt::format("{}: {} is \"{}\", an integer is wanted", file_.string(), key, digits.substr(0, 60)));
-    return value;
+    return *value;
 }
 
 std::int64_t PdsLabel::integer(std::string_view key, std::int64_t fallback) const {
@@ -158,12 +158,11 @@ std::int64_t PdsLabel::integer(std::string_view key, std::int64_t fallback) cons
 double PdsLabel::number(std::string_view key, double fallback) const {
     if (!has(key)) return fallback;
     const std::string digits = bare(text(key));
-    double value = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (error != std::errc{} || end != digits.data() + digits.size())
+    const std::optional<double> value = decimal_number(digits);
+    if (!value)
         throw InputError(
             fmt::format("{}: {} is \"{}\", a number is wanted", file_.string(), key, digits.substr(0, 60)));
-    return value;
+    return *value;
 }
 
 std::vector<std::string> PdsLabel::list(std::string_view key) const {

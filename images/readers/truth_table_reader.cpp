@@ -2,6 +2,7 @@
 #include "images/readers/truth_table_reader.hpp"
 
 #include "core/error.hpp"
+#include "core/io/text_file.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -12,8 +13,8 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <memory>
+#include <sstream>
 #include <utility>
 
 namespace obscura::images {
@@ -21,6 +22,7 @@ namespace {
 
 /// Bounds the memory that a hostile file can request.
 constexpr std::size_t max_line_bytes = 65536;
+constexpr std::size_t max_table_bytes = std::size_t{4} << 30;
 constexpr long max_table_rows = 100'000'000;
 constexpr int max_columns = 256;
 
@@ -42,8 +44,10 @@ std::vector<std::string> csv_cells(const std::string& line) {
 }
 
 TruthLines read_csv_table(const std::filesystem::path& file, const std::string& frame) {
-    std::ifstream in(file);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    std::string content;
+    if (const std::string why = read_plain_text(file, max_table_bytes, content); !why.empty())
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), why));
+    std::istringstream in(content);
     TruthLines out;
     std::size_t number = 0, frame_column = 0, kind_column = 0;
     for (std::string line; std::getline(in, line);) {

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/io/memory_budget.hpp"
+#include "core/io/text_file.hpp"
 #include "core/text/text.hpp"
 #include "renderer/mesh_files/assimp.hpp"
 #include "renderer/mesh_files/obj.hpp"
@@ -14,31 +15,28 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <fstream>
-#include <sstream>
+#include <limits>
 
 namespace obscura::renderer {
 namespace {
 
 std::string text_of(const std::filesystem::path& file, const char* kind) {
+    // The text, and what it describes.
     std::error_code error;
-    std::ifstream in;
-    if (std::filesystem::is_regular_file(file, error)) in.open(file, std::ios::binary);
-    if (!in.is_open())
-        throw InputError(fmt::format("{}: cannot open: a readable {} is wanted", file.string(), kind));
-    // The text twice while it is read, and what it describes.
     const std::uintmax_t bytes = std::filesystem::file_size(file, error);
     if (!error) require_memory(4 * bytes, file.string());
-    std::ostringstream text;
-    text << in.rdbuf();
-    return std::move(text).str();
+    std::string text;
+    if (const std::string why = read_plain_text(file, std::numeric_limits<std::size_t>::max(), text);
+        !why.empty())
+        throw InputError(
+            fmt::format("{}: cannot open: a readable {} is wanted: {}", file.string(), kind, why));
+    return text;
 }
 
 TriangleMesh read(const MeshFileParameters& description) {
     const std::filesystem::path file = description.path;
     const std::string end = lower_case(file.extension().string());
-    if (end == ".tab" || end == ".plt")
+    if (end == ".tab" || end == ".plt" || end == ".txt")
         return parse_plates(text_of(file, "plate model"), file.string(), description.metres_per_unit);
     if (end == ".obj") {
         const std::string text = text_of(file, "mesh file");
@@ -47,7 +45,7 @@ TriangleMesh read(const MeshFileParameters& description) {
     constexpr std::array known{".obj", ".stl", ".ply", ".3ds", ".dae", ".gltf", ".glb"};
     if (std::find(known.begin(), known.end(), end) == known.end())
         throw InputError(fmt::format(
-            "{}: mesh files whose names end in \"{}\" are not supported, allowed are {}, .tab, .plt",
+            "{}: mesh files whose names end in \"{}\" are not supported, allowed are {}, .tab, .plt, .txt",
             file.string(), end, fmt::join(known, ", ")));
     return read_with_assimp(file, description.metres_per_unit, description.smooth_normals);
 }

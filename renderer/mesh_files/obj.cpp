@@ -2,12 +2,12 @@
 #include "renderer/mesh_files/obj.hpp"
 
 #include "core/error.hpp"
+#include "core/text/number.hpp"
 #include "renderer/mesh_files/text_lines.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace obscura::renderer {
@@ -37,6 +37,29 @@ public:
 
     void line(std::string_view text) {
         ++line_;
+        // A backslash at the end continues the line.
+        if (text.ends_with('\\')) {
+            text.remove_suffix(1);
+            (continued_ += text) += ' ';
+            return;
+        }
+        if (continued_.empty()) {
+            whole_line(text);
+            return;
+        }
+        continued_ += text;
+        whole_line(continued_);
+        continued_.clear();
+    }
+
+    TriangleMesh finish() {
+        if (!continued_.empty()) whole_line(continued_);
+        validate(mesh_, name_);
+        return std::move(mesh_);
+    }
+
+private:
+    void whole_line(std::string_view text) {
         ObjWords words(text.substr(0, text.find('#')));
         const std::string_view keyword = words.next();
         if (keyword == "v")
@@ -45,12 +68,6 @@ public:
             face(words);
     }
 
-    TriangleMesh finish() {
-        validate(mesh_, name_);
-        return std::move(mesh_);
-    }
-
-private:
     [[noreturn]] void fail(const std::string& what) const {
         throw InputError(fmt::format("{}:{}: {}", name_, line_, what));
     }
@@ -59,11 +76,10 @@ private:
         double xyz[3];
         for (double& value : xyz) {
             const std::string_view word = words.next();
-            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
             if (word.empty()) fail("vertex with fewer than three coordinates");
-            if (error != std::errc{} || end != word.data() + word.size())
-                fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
-            value *= scale_;
+            const std::optional<double> number = decimal_number(word);
+            if (!number) fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
+            value = *number * scale_;
             if (!std::isfinite(static_cast<float>(value)))
                 fail(fmt::format("coordinate '{}' is not finite: allowed are numbers up to 3.4e38 m", word));
         }
@@ -82,11 +98,10 @@ private:
 
     std::uint32_t corner(std::string_view word) {
         const std::string_view number = word.substr(0, word.find('/'));
-        std::int64_t index = 0;
-        const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), index);
+        const std::optional<std::int64_t> given = whole_number(number);
         const auto count = static_cast<std::int64_t>(mesh_.vertices.size());
-        if (error != std::errc{} || end != number.data() + number.size())
-            fail(fmt::format("'{}' is not a vertex index", word));
+        if (!given) fail(fmt::format("'{}' is not a vertex index", word));
+        std::int64_t index = *given;
         if (index < 0) index += count + 1;
         // OBJ lets a face refer to a vertex of a later line, but no writer does so, and strictness finds
         // typing errors where they are.
@@ -98,6 +113,7 @@ private:
     const std::string& name_;
     double scale_;
     std::size_t line_ = 0;
+    std::string continued_; ///< lines so far that a backslash continues
     TriangleMesh mesh_;
     std::vector<std::uint32_t> corners_;
 };

@@ -2,12 +2,12 @@
 #include "renderer/mesh_files/plate.hpp"
 
 #include "core/error.hpp"
+#include "core/text/number.hpp"
 #include "renderer/mesh_files/text_lines.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <vector>
 
@@ -101,8 +101,9 @@ private:
             return;
         }
         const bool vertices = vertices_left_ > 0;
-        if (words.size() != 4)
-            fail(fmt::format("{} numbers: a {} has its own and three more", words.size(),
+        // Tables of DAMIT have no numbers of their own.
+        if (words.size() != 3 && words.size() != 4)
+            fail(fmt::format("{} numbers: a {} has three, or its own and three more", words.size(),
                              vertices ? "vertex" : "plate"));
         vertices ? vertex(words) : plate(words);
         --(vertices ? vertices_left_ : plates_left_);
@@ -111,12 +112,10 @@ private:
     void vertex(const std::vector<std::string_view>& words) {
         float xyz[3];
         for (std::size_t k = 0; k < 3; ++k) {
-            const std::string_view word = words[k + 1];
-            double value = 0;
-            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-            if (error != std::errc{} || end != word.data() + word.size())
-                fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
-            xyz[k] = static_cast<float>(value * scale_);
+            const std::string_view word = words[words.size() - 3 + k];
+            const std::optional<double> value = decimal_number(word);
+            if (!value) fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
+            xyz[k] = static_cast<float>(*value * scale_);
             if (!std::isfinite(xyz[k]))
                 fail(fmt::format("coordinate '{}' is not finite: allowed are numbers up to 3.4e38 m", word));
         }
@@ -124,8 +123,10 @@ private:
     }
 
     void plate(const std::vector<std::string_view>& words) {
+        const std::size_t first = words.size() - 3;
         plates_.push_back(
-            {{vertex_number(words[1]), vertex_number(words[2]), vertex_number(words[3])}, line_});
+            {{vertex_number(words[first]), vertex_number(words[first + 1]), vertex_number(words[first + 2])},
+             line_});
     }
 
     std::int64_t vertex_number(std::string_view word) const {
@@ -135,11 +136,9 @@ private:
     }
 
     std::int64_t integer(std::string_view word) const {
-        std::int64_t value = 0;
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (error != std::errc{} || end != word.data() + word.size())
-            fail(fmt::format("'{}' is not a whole number", word.substr(0, 40)));
-        return value;
+        const std::optional<std::int64_t> value = whole_number(word);
+        if (!value) fail(fmt::format("'{}' is not a whole number", word.substr(0, 40)));
+        return *value;
     }
 
     const std::string& name_;

@@ -2,6 +2,7 @@
 #include "renderer/scene/sampled_pose_path.hpp"
 
 #include "core/error.hpp"
+#include "core/io/text_file.hpp"
 
 #include <fmt/format.h>
 
@@ -58,7 +59,8 @@ PathFormat path_format(const std::filesystem::path& file) {
     in.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
     beginning.resize(static_cast<std::size_t>(in.gcount()));
     if (beginning.find("CCSDS_AEM_VERS") != std::string::npos) return PathFormat::aem;
-    const std::size_t first = beginning.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    beginning = without_byte_order_mark(beginning);
+    const std::size_t first = beginning.find_first_not_of(" \t\r\n");
     const bool xml = first != std::string::npos && beginning[first] == '<';
     // The reader of messages says what is wrong with XML.
     return xml || beginning.find("CCSDS_OEM_VERS") != std::string::npos ? PathFormat::oem : PathFormat::csv;

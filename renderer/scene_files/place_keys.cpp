@@ -224,12 +224,18 @@ void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion
     if (table.has("boresight") || table.has("look_at_m")) {
         const char* key = table.has("boresight") ? "boresight" : "look_at_m";
         const Vec3 boresight = table.has("boresight") ? place.boresight : place.look_at_m - place.position_m;
+        const auto parallel_to = [&](Vec3 up) {
+            return !(length(cross(boresight, up)) > 1e-9 * length(boresight) * length(up));
+        };
+        Vec3 up = place.up;
+        // Along the default another direction is as good.
+        if (!table.has("up") && parallel_to(up)) up = {up.y, up.z, up.x};
         if (!(length(boresight) > 0))
             table.refuse(key, "is the camera's own position");
-        else if (!(length(cross(boresight, place.up)) > 1e-9 * length(boresight) * length(place.up)))
+        else if (parallel_to(up))
             table.refuse(key, "is parallel to \"up\"");
         else
-            orientation = look_along(boresight, place.up);
+            orientation = look_along(boresight, up);
     }
     for (TimedPose& sample : motion.samples)
         sample.pose.orientation = orientation;

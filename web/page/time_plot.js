@@ -86,7 +86,7 @@ export function TimePlot({title, x, lines, of = "frame", choose}) {
     if (empty) return undefined;
     let on = true, observer = null, theme = null;
     loaded().then((uPlot) => {
-      if (!on) return;
+      if (!on || !place.current) return; // no longer shown
       const parent = place.current, made = plot.current = makePlot(uPlot, parent, drawn(latest.current), {of, lines: latest.current.lines, told: setCursor, zoomed: setZoomed});
       made.ctx.canvas.setAttribute("aria-hidden", "true"); // its parent tells the figures
       plots.add(made);

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/random_bytes.hpp"
+#include "core/io/text_file.hpp"
 #include "core/text/text.hpp"
 #include "host/sha256.hpp"
 
@@ -16,7 +17,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
 #include <span>
 #include <sstream>
 
@@ -43,8 +43,11 @@ NameParts parts_of(std::string_view text) {
 } // namespace
 
 Tokens Tokens::read(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    if (!in) throw InputError(fmt::format("{}: {}", file.string(), std::strerror(errno)));
+    constexpr std::size_t max_token_file_bytes = std::size_t{16} << 20;
+    std::string content;
+    if (const std::string why = read_plain_text(file, max_token_file_bytes, content); !why.empty())
+        throw InputError(fmt::format("{}: {}", file.string(), why));
+    std::istringstream in(content);
     Tokens tokens;
     std::string text;
     for (std::size_t number = 1; std::getline(in, text); ++number) {

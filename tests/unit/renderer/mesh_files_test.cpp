@@ -251,7 +251,7 @@ TEST_CASE("Files that are no meshes are refused with one line, whatever is in th
     CHECK(complaint(folder, folder.path() / "gone.ply") ==
           "gone.ply: cannot open: a readable mesh file is wanted");
     CHECK(complaint(folder, folder.path() / "gone.obj") ==
-          "gone.obj: cannot open: a readable mesh file is wanted");
+          "gone.obj: cannot open: a readable mesh file is wanted: No such file or directory");
     for (const char* name : {"pipe.obj", "pipe.tab"}) {
         REQUIRE(mkfifo((folder.path() / name).c_str(), 0600) == 0);
         CHECK_THAT(complaint(folder, folder.path() / name),
@@ -261,7 +261,7 @@ TEST_CASE("Files that are no meshes are refused with one line, whatever is in th
           "m.tab:4: vertex -9223372036854775808 out of range: allowed are numbers from 0 up");
     CHECK(complaint(folder, folder.write("a.blend", "x")) ==
           "a.blend: mesh files whose names end in \".blend\" are not supported, allowed are .obj, .stl, "
-          ".ply, .3ds, .dae, .gltf, .glb, .tab, .plt");
+          ".ply, .3ds, .dae, .gltf, .glb, .tab, .plt, .txt");
     for (const char* name : {"e.stl", "e.3ds", "e.dae", "e.gltf", "e.glb"}) {
         CHECK_THAT(complaint(folder, folder.write(name, "")), ContainsSubstring(std::string(name) + ": "));
         CHECK_THAT(complaint(folder, folder.write(name, std::string(5000, 'A'))),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/import/stars/star_rows.hpp"
 
+#include "core/text/number.hpp"
 #include "core/text/text.hpp"
 #include "core/units.hpp"
 #include "renderer/scene/star_catalogue.hpp"
@@ -253,13 +254,7 @@ private:
 } // namespace
 
 double star_number(std::string_view field) {
-    field = trimmed(field, blanks);
-    if (field.starts_with('+')) field.remove_prefix(1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (error != std::errc{} || end != field.data() + field.size() || field.empty() || !std::isfinite(value))
-        return CatalogueStar::unknown;
-    return value;
+    return decimal_number(trimmed(field, blanks)).value_or(CatalogueStar::unknown);
 }
 
 bool set_place(double right_ascension_deg, double declination_deg, CatalogueStar& star) {

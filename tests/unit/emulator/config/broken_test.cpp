@@ -715,7 +715,7 @@ width = 99999999999999999999
     {"\xff"
      "\xfe"
      "[scene]\n",
-     "c.toml:1:1: not valid TOML: Encountered invalid utf-8 sequence"},
+     "c.toml: cannot be opened: is text in UTF-16 or UTF-32, allowed is UTF-8: save it as such"},
 };
 const std::vector<Broken> broken_scenes{
     {"[camera]\nprojection = \"fish\"\n",
