@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/camera/projection.hpp"
+#include "renderer/camera/psf_core.hpp"
 #include "renderer/packets/packet.hpp"
 #include "renderer/scene/scene.hpp"
 
@@ -11,41 +12,13 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace obscura::renderer {
 
-/// Response of a pixel to a point source beside it, as a table, for all bands at one field position.
-/// Distances are from the point to the centre of the pixel.
-class PsfCore {
-public:
-    static constexpr std::int32_t per_pixel = 8; ///< table points per pixel
-
-    /// `psf[band]`: light per px^2 on a square grid of (2 half + 1)^2 points, row by row.
-    PsfCore(std::int32_t half, const std::vector<std::vector<double>>& psf);
-
-    /// Samples a displacement from the mean over the bands; `cell`: argument of weight().
-    void sample(double u, double v, double& x, double& y, std::size_t& cell) const;
-    /// Sample weight of a band: its response over the pdf of the mean, which integrates to 1.
-    [[nodiscard]] double weight(std::size_t band, std::size_t cell) const {
-        return ratio_.empty() ? light_[band] : ratio_[band][cell];
-    }
-    [[nodiscard]] double response(std::size_t band, double x, double y) const;
-    /// Fraction of the light that is in the core.
-    [[nodiscard]] double light(std::size_t band) const { return light_[band]; }
-    /// Centroid of that light from the point, px.
-    [[nodiscard]] ImagePoint centroid(std::size_t band) const { return centroid_[band]; }
-
-private:
-    std::int32_t side_ = 0; ///< points of the response
-    double reach_px_ = 0;
-    std::vector<std::vector<float>> response_; ///< one for all bands when they are the same
-    std::vector<std::vector<float>> ratio_;    ///< band, cell; none when the bands are the same
-    std::vector<double> light_;
-    std::vector<ImagePoint> centroid_;
-    std::vector<double> row_sums_;   ///< cumulative, of the rows of cells
-    std::vector<float> column_sums_; ///< cumulative within each row
-};
+struct PsfExtent;
+struct PsfTables;
 
 /// Field positions about an image point, for which the PSF is given, and their weights.
 struct PsfZones {
@@ -103,6 +76,11 @@ public:
 private:
     Psf() = default;
 
+    /// Adds all field positions of a file of images. Throws ConfigError or InputError.
+    void add_images(const std::string& file, std::size_t bands);
+    /// Adds the next field position.
+    void add_zone(PsfTables tables);
+    [[nodiscard]] PsfExtent extent() const;
     /// Largest extent of the core along an axis.
     [[nodiscard]] double core_extent_px() const { return core_px_ * std::max(1.0, 1 / aspect_); }
 

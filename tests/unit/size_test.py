@@ -24,8 +24,6 @@ EXCEPTIONS = {
     "renderer/scene/scene_keys.cpp:keys_of": (95, "the table of the section's keys"),
     # These are long without need, and wait to be divided by their steps.
     "emulator/control/camera_calls.cpp:CameraCalls::calls": (85, "a table of calls"),
-    "renderer/camera/psf.cpp:Psf::make": (145, "not divided yet"),
-    "renderer/camera/psf.cpp:PsfCore::PsfCore": (95, "not divided yet"),
     "renderer/integrators/aovs.cpp:trace_aovs": (95, "not divided yet"),
     "renderer/integrators/noise_estimate.cpp:NoiseSums::variance": (90, "not divided yet"),
     "renderer/integrators/path_tracer.cpp:PathTracer::add_planetshine": (95, "not divided yet"),
