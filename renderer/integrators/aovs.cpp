@@ -84,6 +84,70 @@ void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacke
     }
 }
 
+/// Lists the bodies whose bounding cones some of 16 directions of the camera frame meet.
+void find_candidates(const RowState& row, const Vec3s& direction, std::vector<std::int32_t>& candidates) {
+    candidates.clear();
+    for (std::int32_t b = 0; b < static_cast<std::int32_t>(row.bodies.size()); ++b) {
+        const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+        for (int i = 0; i < packet_size; ++i)
+            if (length_squared(direction.lane(i) - body.direction) <= body.reach_chord2) {
+                candidates.push_back(b);
+                break;
+            }
+    }
+}
+
+/// Intersects rays through the centres of 16 pixels with those bodies; leaves `rays` in the last one's frame.
+void trace_centres(const RowState& row, const Vec3s& direction, const Doubles& solid_angle,
+                   std::span<const std::int32_t> candidates, RayPacket& rays, HitPacket& hits) {
+    hits.clear();
+    for (int i = 0; i < packet_size; ++i) {
+        rays.t_max[i] = no_hit;
+        rays.active.on[i] = solid_angle[i] > 0 ? -1 : 0;
+        rays.level_u[i] = 0.5;
+    }
+    for (const std::int32_t b : candidates) {
+        const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+        transform(body.from_camera, direction, {}, rays.direction);
+        set_all(rays.origin, body.camera_m);
+        rays.detail = body.detail_view();
+        body.shape->intersect(rays, b, hits);
+    }
+}
+
+/// No body is in the pixel.
+void set_empty(Pixel& pixel) {
+    for (std::size_t k = 0; k < aov_count; ++k)
+        pixel.set(static_cast<Aov>(k), std::numeric_limits<double>::quiet_NaN());
+    pixel.set(Aov::body, 0);
+}
+
+/// Sets place and angles of hit `i`; `cos_axis`: cosine of the angle of its ray to the boresight.
+void set_geometry(const BodyState& body, const SurfacePacket& surface, int i, double cos_axis, Pixel& pixel) {
+    const Vec3 position = surface.position.lane(i);
+    const Vec3 normal = surface.normal.lane(i);
+    const Vec3 to_camera = body.camera_m - position;
+    const Vec3 to_sun = body.sun_m - position;
+    const Vec3 inertial_normal = body.to_inertial * normal;
+    const double range = length(to_camera);
+    const double radius = length(position);
+    pixel.set(Aov::range_m, range);
+    pixel.set(Aov::depth_m, range * cos_axis);
+    pixel.set(Aov::normal_x, inertial_normal.x);
+    pixel.set(Aov::normal_y, inertial_normal.y);
+    pixel.set(Aov::normal_z, inertial_normal.z);
+    pixel.set(Aov::longitude_deg, std::atan2(position.y, position.x) * degrees);
+    pixel.set(Aov::latitude_deg,
+              radius > 0 ? std::asin(std::clamp(position.z / radius, -1.0, 1.0)) * degrees : 0);
+    pixel.set(Aov::slope_deg, radius > 0 ? angle_deg(normal, body.shape->up(position)) : 0);
+    const bool is_sun = body.material == nullptr;
+    pixel.set(Aov::incidence_deg,
+              is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(normal, to_sun));
+    pixel.set(Aov::emission_deg, angle_deg(normal, to_camera));
+    pixel.set(Aov::phase_deg,
+              is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(to_sun, to_camera));
+}
+
 } // namespace
 
 const char* aov_name(Aov aov) {
@@ -109,7 +173,6 @@ const char* aov_name(Aov aov) {
 void trace_aovs(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
                 std::int32_t width, double ray_width_rad, std::vector<std::int32_t>& candidates, float* out,
                 std::size_t plane) {
-    const std::int32_t bodies = static_cast<std::int32_t>(row.bodies.size());
     // Blocks start at multiples of 16 of the sensor, so that a window is the crop of the whole.
     const std::int32_t first =
         x >= 0 ? x / packet_size * packet_size : -((-x + packet_size - 1) / packet_size) * packet_size;
@@ -123,30 +186,10 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
         Vec3s direction;
         Doubles solid_angle;
         projection.rays(px, py, direction, solid_angle);
-        candidates.clear();
-        for (std::int32_t b = 0; b < bodies; ++b) {
-            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
-            for (int i = 0; i < packet_size; ++i)
-                if (length_squared(direction.lane(i) - body.direction) <= body.reach_chord2) {
-                    candidates.push_back(b);
-                    break;
-                }
-        }
-        HitPacket hits;
-        hits.clear();
+        find_candidates(row, direction, candidates);
         RayPacket rays;
-        for (int i = 0; i < packet_size; ++i) {
-            rays.t_max[i] = no_hit;
-            rays.active.on[i] = solid_angle[i] > 0 ? -1 : 0;
-            rays.level_u[i] = 0.5;
-        }
-        for (const std::int32_t b : candidates) {
-            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
-            transform(body.from_camera, direction, {}, rays.direction);
-            set_all(rays.origin, body.camera_m);
-            rays.detail = body.detail_view();
-            body.shape->intersect(rays, b, hits);
-        }
+        HitPacket hits;
+        trace_centres(row, direction, solid_angle, candidates, rays, hits);
         SurfacePacket surface;
         SurfaceLook look;
         std::int32_t of_body = -1;
@@ -156,9 +199,7 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
             Pixel pixel(out + column, plane);
             const std::int32_t b = hits.body[i];
             if (b < 0) {
-                for (std::size_t k = 0; k < aov_count; ++k)
-                    pixel.set(static_cast<Aov>(k), std::numeric_limits<double>::quiet_NaN());
-                pixel.set(Aov::body, 0);
+                set_empty(pixel);
                 continue;
             }
             const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
@@ -169,33 +210,12 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
                 of_body = b;
                 apply_textures(body, rays, hits, b, ray_width_rad, surface, look);
             }
-            const Vec3 position = surface.position.lane(i);
-            const Vec3 normal = surface.normal.lane(i);
-            const Vec3 to_camera = body.camera_m - position;
-            const Vec3 to_sun = body.sun_m - position;
-            const Vec3 inertial_normal = body.to_inertial * normal;
-            const double range = length(to_camera);
-            const double radius = length(position);
             pixel.set(Aov::body, b + 1);
-            pixel.set(Aov::range_m, range);
-            pixel.set(Aov::depth_m, range * direction.z[i]);
-            pixel.set(Aov::normal_x, inertial_normal.x);
-            pixel.set(Aov::normal_y, inertial_normal.y);
-            pixel.set(Aov::normal_z, inertial_normal.z);
-            pixel.set(Aov::longitude_deg, std::atan2(position.y, position.x) * degrees);
-            pixel.set(Aov::latitude_deg,
-                      radius > 0 ? std::asin(std::clamp(position.z / radius, -1.0, 1.0)) * degrees : 0);
-            pixel.set(Aov::slope_deg, radius > 0 ? angle_deg(normal, body.shape->up(position)) : 0);
-            const bool is_sun = body.material == nullptr;
-            pixel.set(Aov::incidence_deg,
-                      is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(normal, to_sun));
-            pixel.set(Aov::emission_deg, angle_deg(normal, to_camera));
+            set_geometry(body, surface, i, direction.z[i], pixel);
             pixel.set(Aov::u, look.u[i]);
             pixel.set(Aov::v, look.v[i]);
             pixel.set(Aov::albedo, look.albedo[i]);
             pixel.set(Aov::material, body.built->first_material + look.slot[i]);
-            pixel.set(Aov::phase_deg,
-                      is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(to_sun, to_camera));
         }
     }
 }

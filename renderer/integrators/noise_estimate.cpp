@@ -27,6 +27,66 @@ double power_of_two(int k) {
     return static_cast<double>(std::uint64_t{1} << k);
 }
 
+/// Differences between the groups of each pixel's samples.
+struct Differences {
+    int levels[packet_size];           ///< of complete groups: 2^levels <= count; -1: no samples
+    double last[packet_size] = {};     ///< mean of D^2 of the last level
+    double previous[packet_size] = {}; ///< of the one before
+};
+
+/// Third differences between pixels of equal numbers of samples, 1 to 3.
+struct ThirdDifferences {
+    double squares[packet_size] = {}; ///< sum of those that a pixel takes part in
+    double weight[packet_size] = {};
+    double all_squares[2] = {}; ///< of pixels of one level
+    double all_weight[2] = {};
+
+    void add(const std::uint32_t (&counts)[packet_size], const double (&sums)[packet_size]) {
+        constexpr double stencil[4] = {1, -3, 3, -1};
+        for (int i = 0; i + 3 < packet_size; ++i) {
+            // Pixels without samples are those without a body: 0.
+            const std::uint32_t count = *std::max_element(counts + i, counts + i + 4);
+            if (count < 1 || count > 3) continue;
+            double difference = 0;
+            bool equal = true;
+            for (int k = 0; k < 4; ++k) {
+                equal = equal && (counts[i + k] == count || counts[i + k] == 0);
+                if (counts[i + k] > 0) difference += stencil[k] * (sums[i + k] / counts[i + k]);
+            }
+            if (!equal) continue;
+            const int level = count > 1 ? 1 : 0;
+            for (int k = 0; k < 4; ++k) {
+                squares[i + k] += stencil[k] * stencil[k] * difference * difference / 20;
+                weight[i + k] += stencil[k] * stencil[k];
+            }
+            all_squares[level] += difference * difference / 20;
+            all_weight[level] += 1;
+        }
+    }
+};
+
+/// Measures r over the pixels of a level.
+double measured_ratio(const Differences& of, int level, const ThirdDifferences& rough, bool sunlight_only) {
+    double lasts = 0;
+    double previouses = 0;
+    double pixels = 0;
+    for (int k = 0; k < packet_size; ++k)
+        if (of.levels[k] == level) {
+            lasts += of.last[k];
+            previouses += of.previous[k];
+            pixels += 1;
+        }
+    double ratio = sunlight_only ? direct_ratio : indirect_ratio;
+    if (level == 1 && rough.all_weight[1] > 0 && lasts > 0) {
+        const double noise = rough.all_squares[1] / rough.all_weight[1];
+        ratio = noise / (noise + lasts / pixels);
+    } else if (level > 1 && previouses > 0) {
+        const double prior = (level == 2 ? few_samples_weight : ratio_weight) / pixels;
+        ratio = (ratio_rise * lasts / previouses + prior * ratio) / (1 + prior);
+    }
+    return std::clamp(ratio, min_noise_ratio, max_ratio);
+}
+
 } // namespace
 
 void NoiseSums::reset() {
@@ -50,83 +110,38 @@ void NoiseSums::add(int pixel, double value) {
 }
 
 void NoiseSums::variance(bool sunlight_only, Doubles& variance) const {
-    int levels[packet_size];           // of complete groups: 2^levels <= count; -1: no samples
-    double last[packet_size] = {};     // mean of D^2 of the last level
-    double previous[packet_size] = {}; // of the one before
+    Differences of;
     for (int i = 0; i < packet_size; ++i) {
-        levels[i] = std::min(static_cast<int>(std::bit_width(count_[i])), max_levels - 1) - 1;
+        of.levels[i] = std::min(static_cast<int>(std::bit_width(count_[i])), max_levels - 1) - 1;
         const auto squared = [&](int k) {
             return square_[k][i] / (power_of_two(2 * k + 2) * (count_[i] >> (k + 1)));
         };
-        if (levels[i] > 0) last[i] = squared(levels[i] - 1);
-        if (levels[i] > 1) previous[i] = squared(levels[i] - 2);
+        if (of.levels[i] > 0) of.last[i] = squared(of.levels[i] - 1);
+        if (of.levels[i] > 1) of.previous[i] = squared(of.levels[i] - 2);
     }
-    // Compute third differences between pixels of equal numbers of samples.
-    double rough[packet_size] = {}; // sum of the squares that a pixel takes part in
-    double weight[packet_size] = {};
-    double all_rough[2] = {}; // of pixels of one level
-    double all_weight[2] = {};
-    constexpr double stencil[4] = {1, -3, 3, -1};
-    for (int i = 0; i + 3 < packet_size; ++i) {
-        // Pixels without samples are those without a body: 0.
-        const std::uint32_t count = *std::max_element(count_ + i, count_ + i + 4);
-        if (count < 1 || count > 3) continue;
-        double difference = 0;
-        bool equal = true;
-        for (int k = 0; k < 4; ++k) {
-            equal = equal && (count_[i + k] == count || count_[i + k] == 0);
-            if (count_[i + k] > 0) difference += stencil[k] * mean(i + k);
-        }
-        if (!equal) continue;
-        const int level = count > 1 ? 1 : 0;
-        for (int k = 0; k < 4; ++k) {
-            rough[i + k] += stencil[k] * stencil[k] * difference * difference / 20;
-            weight[i + k] += stencil[k] * stencil[k];
-        }
-        all_rough[level] += difference * difference / 20;
-        all_weight[level] += 1;
-    }
-    // Measure r over the pixels of a level.
-    const auto measure = [&](int level) {
-        double lasts = 0;
-        double previouses = 0;
-        double pixels = 0;
-        for (int k = 0; k < packet_size; ++k)
-            if (levels[k] == level) {
-                lasts += last[k];
-                previouses += previous[k];
-                pixels += 1;
-            }
-        double ratio = sunlight_only ? direct_ratio : indirect_ratio;
-        if (level == 1 && all_weight[1] > 0 && lasts > 0) {
-            const double noise = all_rough[1] / all_weight[1];
-            ratio = noise / (noise + lasts / pixels);
-        } else if (level > 1 && previouses > 0) {
-            const double prior = (level == 2 ? few_samples_weight : ratio_weight) / pixels;
-            ratio = (ratio_rise * lasts / previouses + prior * ratio) / (1 + prior);
-        }
-        return std::clamp(ratio, min_noise_ratio, max_ratio);
-    };
+    ThirdDifferences rough;
+    rough.add(count_, sum_);
     Doubles own{}; // variance of each pixel from its own samples
     double ratio = 0;
     for (int i = 0; i < packet_size; ++i) {
-        if (levels[i] < 0) continue;
-        if (levels[i] == 0) {
-            own[i] = weight[i] > 0 ? rough[i] / weight[i] : 0;
+        if (of.levels[i] < 0) continue;
+        if (of.levels[i] == 0) {
+            own[i] = rough.weight[i] > 0 ? rough.squares[i] / rough.weight[i] : 0;
             continue;
         }
-        if (i == 0 || levels[i] != levels[i - 1]) ratio = measure(levels[i]);
+        if (i == 0 || of.levels[i] != of.levels[i - 1])
+            ratio = measured_ratio(of, of.levels[i], rough, sunlight_only);
         // One difference of the last level, two of the one before.
-        const double squared = levels[i] > 1 ? (last[i] + 2 * ratio * previous[i]) / 3 : last[i];
-        own[i] = ratio / (1 - ratio) * squared * power_of_two(levels[i]) / count_[i];
+        const double squared = of.levels[i] > 1 ? (of.last[i] + 2 * ratio * of.previous[i]) / 3 : of.last[i];
+        own[i] = ratio / (1 - ratio) * squared * power_of_two(of.levels[i]) / count_[i];
     }
     // Smooth along the row, so that few equal samples do not pass for certainty.
     for (int i = 0; i < packet_size; ++i) {
-        if (levels[i] < 0) continue;
+        if (of.levels[i] < 0) continue;
         double sum = 0;
         double weights = 0;
         for (const int k : {i - 1, i, i + 1}) {
-            if (k < 0 || k >= packet_size || levels[k] < 0) continue;
+            if (k < 0 || k >= packet_size || of.levels[k] < 0) continue;
             const double w = k == i ? 2 : 1;
             const double more = static_cast<double>(count_[k]) / count_[i];
             sum += w * own[k] * more * std::sqrt(more);

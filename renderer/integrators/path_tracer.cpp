@@ -169,26 +169,78 @@ bool PathTracer::sunlight_weights(const PathVertex& vertex, const PathPacket& pa
     return any;
 }
 
-void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex, PathPacket& paths,
-                                 Channels& out) {
-    const std::size_t channels = lighting_.sun_w_m2.size();
-    const auto source_of = [&](int lane, std::size_t slot) {
-        return instants_.body(vertex.of[lane], paths.instant, lane).planetshine[slot];
-    };
+void PathTracer::choose_shone_on(const PathVertex& vertex, const Channels& out, PathPacket& paths) const {
     for (int i = 0; i < packet_size; ++i) {
         if (vertex.here.on[i] == 0) continue;
         double light = 0;
-        for (std::size_t c = 0; c < channels; ++c)
+        for (std::size_t c = 0; c < channels(); ++c)
             light = std::max(light, out.v[c][i]);
-        const PlanetshineSource brightest = source_of(i, 0);
+        const PlanetshineSource brightest = planetshine_source(vertex, paths, i, 0);
         const bool matters = light > 0 ? brightest.ratio > min_sunlit_ratio : brightest.body >= 0;
         paths.shone_on[i] = matters ? vertex.of[i] : -1;
     }
+}
+
+void PathTracer::sample_planetshine(const PathVertex& vertex, const PathPacket& paths, std::size_t slot,
+                                    const Lanes& active, const Doubles& u, const Doubles& v, Vec3s& light,
+                                    Doubles& inverse_pdf) const {
+    Mat3 turn;
+    Vec3 offset;
+    std::int32_t turned_to = -1;
+    for (int i = 0; i < packet_size; ++i) {
+        light.set(i, {0, 0, 1});
+        inverse_pdf[i] = 0;
+        if (active.on[i] == 0) continue;
+        const std::int32_t index = planetshine_source(vertex, paths, i, slot).body;
+        const BodyState& source = instants_.body(index, paths.instant, i);
+        if (turned_to != index || !instants_.one()) {
+            const BodyState& here = instants_.body(vertex.body, paths.instant, i);
+            turn = relative_rotation(here, source);
+            offset = relative_origin(here, source);
+            turned_to = index;
+        }
+        const LitDisc disc(*source.shape, turn * vertex.surface.shadow_origin.lane(i) + offset, source.sun_m,
+                           sun_.radius_m);
+        Vec3 direction;
+        inverse_pdf[i] = disc.sample(LitDisc::Part::lit, u[i], v[i], direction);
+        if (inverse_pdf[i] > 0) light.set(i, transposed(turn) * direction);
+    }
+}
+
+void PathTracer::aim_at_planetshine(const PathVertex& vertex, const PathPacket& paths, const Lanes& active,
+                                    const Vec3s& light, const Doubles& inverse_pdf, PathPacket& probe) const {
+    Doubles r;
+    evaluate_brdf(row_, vertex, light, r);
+    probe.instant = paths.instant;
+    if (terrain_) probe.level_u = paths.level_u;
+    instants_.to_inertial(vertex.body, probe.instant, vertex.surface.shadow_origin, probe.origin);
+    instants_.to_inertial(vertex.body, probe.instant, light, probe.direction);
+    for (int i = 0; i < packet_size; ++i) {
+        probe.start.set(i, instants_.body(vertex.body, probe.instant, i).position_m);
+        const bool open = dot(light.lane(i), vertex.surface.facet_normal.lane(i)) > 0;
+        probe.alive.on[i] = active.on[i] != 0 && open && r[i] * inverse_pdf[i] > 0 ? -1 : 0;
+        double value = 0;
+        if (probe.alive.on[i] != 0) {
+            // Compute the MIS weight against BSDF sampling.
+            const double pdf = 1 / inverse_pdf[i];
+            value = r[i] * inverse_pdf[i] * pdf / (pdf + sample_bsdf_pdf(row_, vertex, i, light.lane(i)));
+        }
+        for (std::size_t c = 0; c < channels(); ++c)
+            probe.throughput.v[c][i] = paths.throughput.v[c][i] * vertex.colour.v[c][i] * value;
+        probe.travelled_m[i] = paths.travelled_m[i] + paths.hits.t[i];
+    }
+}
+
+void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex, PathPacket& paths,
+                                 Channels& out) {
+    choose_shone_on(vertex, out, paths);
     for (std::size_t slot = 0; slot < max_planetshine_sources; ++slot) {
         Lanes active{};
         for (int i = 0; i < packet_size; ++i)
-            active.on[i] =
-                vertex.here.on[i] != 0 && paths.shone_on[i] >= 0 && source_of(i, slot).body >= 0 ? -1 : 0;
+            active.on[i] = vertex.here.on[i] != 0 && paths.shone_on[i] >= 0 &&
+                                   planetshine_source(vertex, paths, i, slot).body >= 0
+                               ? -1
+                               : 0;
         if (!active.any()) return;
         SampleStream random(paths.index, paths.seed,
                             planetshine_pairs +
@@ -199,61 +251,21 @@ void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex,
         Doubles sun_v;
         random.next(u, v);
         random.next(sun_u, sun_v);
-        // Sample the lit part of each lane's source.
         Vec3s light;
         Doubles inverse_pdf;
-        Mat3 turn;
-        Vec3 offset;
-        std::int32_t turned_to = -1;
-        for (int i = 0; i < packet_size; ++i) {
-            light.set(i, {0, 0, 1});
-            inverse_pdf[i] = 0;
-            if (active.on[i] == 0) continue;
-            const std::int32_t index = source_of(i, slot).body;
-            const BodyState& source = instants_.body(index, paths.instant, i);
-            if (turned_to != index || !instants_.one()) {
-                const BodyState& here = instants_.body(vertex.body, paths.instant, i);
-                turn = relative_rotation(here, source);
-                offset = relative_origin(here, source);
-                turned_to = index;
-            }
-            const LitDisc disc(*source.shape, turn * vertex.surface.shadow_origin.lane(i) + offset,
-                               source.sun_m, sun_.radius_m);
-            Vec3 direction;
-            inverse_pdf[i] = disc.sample(LitDisc::Part::lit, u[i], v[i], direction);
-            if (inverse_pdf[i] > 0) light.set(i, transposed(turn) * direction);
-        }
-        // Evaluate the BRDF.
-        Doubles r;
-        evaluate_brdf(row_, vertex, light, r);
+        sample_planetshine(vertex, paths, slot, active, u, v, light, inverse_pdf);
         PathPacket probe;
-        probe.instant = paths.instant;
-        if (terrain_) probe.level_u = paths.level_u;
-        instants_.to_inertial(vertex.body, probe.instant, vertex.surface.shadow_origin, probe.origin);
-        instants_.to_inertial(vertex.body, probe.instant, light, probe.direction);
-        for (int i = 0; i < packet_size; ++i) {
-            probe.start.set(i, instants_.body(vertex.body, probe.instant, i).position_m);
-            const bool open = dot(light.lane(i), vertex.surface.facet_normal.lane(i)) > 0;
-            probe.alive.on[i] = active.on[i] != 0 && open && r[i] * inverse_pdf[i] > 0 ? -1 : 0;
-            double value = 0;
-            if (probe.alive.on[i] != 0) {
-                // Compute the MIS weight against BSDF sampling.
-                const double pdf = 1 / inverse_pdf[i];
-                value = r[i] * inverse_pdf[i] * pdf / (pdf + sample_bsdf_pdf(row_, vertex, i, light.lane(i)));
-            }
-            for (std::size_t c = 0; c < channels; ++c)
-                probe.throughput.v[c][i] = paths.throughput.v[c][i] * vertex.colour.v[c][i] * value;
-            probe.travelled_m[i] = paths.travelled_m[i] + paths.hits.t[i];
-        }
+        aim_at_planetshine(vertex, paths, active, light, inverse_pdf, probe);
         if (!probe.alive.any()) continue;
         // Trace the rays, which must hit the source, and add the direct sunlight there.
         follow(probe);
         for (int i = 0; i < packet_size; ++i)
-            if (probe.alive.on[i] != 0 && probe.hits.body[i] != source_of(i, slot).body)
+            if (probe.alive.on[i] != 0 &&
+                probe.hits.body[i] != planetshine_source(vertex, paths, i, slot).body)
                 probe.alive.on[i] = 0;
         PathVertex lit;
         lit.coherent = false;
-        for (std::size_t c = 0; c < channels; ++c)
+        for (std::size_t c = 0; c < channels(); ++c)
             for (double& value : lit.colour.v[c].v)
                 value = 0;
         Lanes left = probe.alive;

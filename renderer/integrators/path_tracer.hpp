@@ -52,6 +52,20 @@ private:
     /// Adds the sunlight that the planetshine sources of each lane's body reflect to it; sets
     /// PathPacket::shone_on.
     void add_planetshine(std::uint32_t bounce, const PathVertex& vertex, PathPacket& paths, Channels& out);
+    /// Source number `slot` of the body of a lane.
+    [[nodiscard]] PlanetshineSource planetshine_source(const PathVertex& vertex, const PathPacket& paths,
+                                                       int lane, std::size_t slot) const {
+        return instants_.body(vertex.of[lane], paths.instant, lane).planetshine[slot];
+    }
+    /// Sets PathPacket::shone_on: where the sources matter beside the light in `out`.
+    void choose_shone_on(const PathVertex& vertex, const Channels& out, PathPacket& paths) const;
+    /// Samples the lit part of each lane's source: directions in the vertex's frame; inverse pdf 0: none.
+    void sample_planetshine(const PathVertex& vertex, const PathPacket& paths, std::size_t slot,
+                            const Lanes& active, const Doubles& u, const Doubles& v, Vec3s& light,
+                            Doubles& inverse_pdf) const;
+    /// Sets the rays of `probe` in those directions, and their throughput.
+    void aim_at_planetshine(const PathVertex& vertex, const PathPacket& paths, const Lanes& active,
+                            const Vec3s& light, const Doubles& inverse_pdf, PathPacket& probe) const;
     /// Adds the emission of body `index` at the hits `here`, by its emission map if it has one.
     void add_emission(std::int32_t index, const Lanes& here, const SurfacePacket& surface,
                       const RayPacket& view, const HitPacket& hits, PathPacket& paths,

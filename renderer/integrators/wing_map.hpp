@@ -127,6 +127,8 @@ private:
         GridRows cells, sources, results;
     };
 
+    struct CellSamples;
+
     /// Columns of cells and sources on either side of those of results.
     static constexpr std::int32_t margin = 2 * packet_size;
     static_assert(margin > WingKernels::reach);

@@ -140,24 +140,56 @@ void WingMap::trace_cells(Job job, const View& view) {
     cells.lit = static_cast<std::int32_t>(columns);
 }
 
-void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, float* top, float* bottom,
-                          const View& view) const {
-    const Level& l = levels_[level];
-    const double cell_px = kernels_.cell_px(level);
-    const double cell_rows = cell_px / psf_.aspect();
-    const auto columns = static_cast<std::size_t>(source_columns(l));
-    const std::int32_t first = l.first_column - margin + at;
-    const std::size_t channels = kernels_.channels();
-    // Find the bodies near the cells.
+/// Samples of 16 cells of a row of a level.
+struct WingMap::CellSamples {
+    const WingMap& map;
+    const View& view;
+    std::size_t level;
+    std::int32_t row;   ///< of cells
+    std::int32_t first; ///< column of the first cell
+    double cell_px, cell_rows;
+    Words place_seed, light_seed; ///< of the cells
+    CameraRays rays[Tracer::batch_size];
+    Doubles u[Tracer::batch_size], v[Tracer::batch_size], weight[Tracer::batch_size];
+    int cell[Tracer::batch_size][packet_size];
+    int count = 0; ///< used lanes
+
+    CellSamples(const WingMap& of, const View& seen, std::size_t of_level, std::int32_t of_row,
+                std::int32_t first_column)
+        : map(of),
+          view(seen),
+          level(of_level),
+          row(of_row),
+          first(first_column),
+          cell_px(of.kernels_.cell_px(of_level)),
+          cell_rows(cell_px / of.psf_.aspect()) {}
+
+    /// Finds the bodies near the cells; returns the cells that show one which is sampled by them.
+    [[nodiscard]] Lanes find_bodies() const;
+    void set_seeds();
+    /// Adds a sample to be traced: samples of a cell follow each other, so that rays of a packet are alike.
+    void add(int of_cell, std::uint32_t index);
+    /// Traces the samples that were added.
+    void trace();
+    /// Sets the number of samples that cells need, after their first.
+    void set_counts(std::uint32_t (&counts)[packet_size]) const;
+    /// Deposits the samples' light, shared among `counts` samples of each cell, and forgets them. `at`: index
+    /// of the first cell in the rows of nodes above and below, of `columns` nodes for each channel.
+    void deposit(const std::uint32_t (&counts)[packet_size], std::int32_t at, std::size_t columns, float* top,
+                 float* bottom);
+};
+
+Lanes WingMap::CellSamples::find_bodies() const {
+    const Level& l = map.levels_[level];
     Doubles x;
     Doubles y;
-    Doubles weight;
+    Doubles unused;
     Vec3s centre;
     for (int i = 0; i < packet_size; ++i) {
         x.v[i] = (first + i + 0.5) * cell_px;
         y.v[i] = (row + 0.5) * cell_rows;
     }
-    view.lens.rays(x, y, centre, weight);
+    view.lens.rays(x, y, centre, unused);
     view.candidates.clear();
     Lanes covered{};
     for (std::size_t b = 0; b < view.row.bodies.size(); ++b) {
@@ -166,135 +198,143 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
         if (!near_body(body, centre, l.near_chord2[b], l.near_rad, near)) continue;
         // Bodies that are not sampled here hide what is behind them.
         view.candidates.push_back(static_cast<std::int32_t>(b));
-        if (body.targeted || small_from_[b] <= static_cast<int>(level)) continue;
+        if (body.targeted || map.small_from_[b] <= static_cast<int>(level)) continue;
         for (int i = 0; i < packet_size; ++i)
             covered.on[i] |= near.on[i];
     }
-    if (!covered.any()) return;
+    return covered;
+}
 
-    Words place_seed;
-    Words light_seed;
+void WingMap::CellSamples::set_seeds() {
     for (int i = 0; i < packet_size; ++i) {
         const SeedWords seeds =
-            seed_words(view.seed, stream_of(time_, level), SamplePurpose::wing_cells, first + i, row);
+            seed_words(view.seed, stream_of(map.time_, level), SamplePurpose::wing_cells, first + i, row);
         place_seed.v[i] = seeds[0];
         light_seed.v[i] = seeds[1];
     }
-    struct Samples {
-        CameraRays rays[Tracer::batch_size];
-        Doubles u[Tracer::batch_size], v[Tracer::batch_size], weight[Tracer::batch_size];
-        int cell[Tracer::batch_size][packet_size];
-        int count = 0; ///< used lanes
-    } samples;
-    // Adds a sample to be traced: samples of a cell follow each other, so that rays of a packet are alike.
-    const auto add = [&](int cell, std::uint32_t index) {
-        const int k = samples.count / packet_size;
-        const int lane = samples.count % packet_size;
-        samples.cell[k][lane] = cell;
-        samples.rays[k].index.v[lane] = index;
-        ++samples.count;
-    };
-    // Traces the samples that were added.
-    const auto trace = [&] {
-        const int packets = (samples.count + packet_size - 1) / packet_size;
-        for (int k = 0; k < packets; ++k) {
-            CameraRays& rays = samples.rays[k];
-            const int lanes = std::min(samples.count - k * packet_size, packet_size);
-            Lanes active;
-            Words seeds;
-            for (int i = 0; i < packet_size; ++i) {
-                // Unused lanes repeat the first, switched off.
-                active.on[i] = i < lanes ? -1 : 0;
-                if (i >= lanes) {
-                    samples.cell[k][i] = samples.cell[k][0];
-                    rays.index.v[i] = rays.index.v[0];
-                }
-                seeds.v[i] = place_seed.v[samples.cell[k][i]];
-                rays.light_seed.v[i] = light_seed.v[samples.cell[k][i]];
-            }
-            sobol_pair(rays.index, seeds, samples.u[k], samples.v[k]);
-            Doubles px;
-            Doubles py;
-            for (int i = 0; i < packet_size; ++i) {
-                px.v[i] = (first + samples.cell[k][i] + samples.u[k].v[i]) * cell_px;
-                py.v[i] = (row + samples.v[k].v[i]) * cell_rows;
-            }
-            view.lens.rays(px, py, rays.direction, samples.weight[k]);
-            view.tracer.intersect(rays, active, view.candidates);
-            view.tracer.count_samples(active);
-            for (int i = 0; i < packet_size; ++i) {
-                std::int32_t& hit = rays.hits.body[i];
-                if (hit < 0) continue;
-                const auto body = static_cast<std::size_t>(hit);
-                if (small_from_[body] <= static_cast<int>(level) ||
-                    view.row.bodies[body].splatted(rays.direction.lane(i), rays.hits.primitive[i]))
-                    hit = -1;
-            }
-        }
-        view.tracer.radiance({samples.rays, static_cast<std::size_t>(packets)});
-    };
-    // Deposits the samples' light, shared among `counts` samples of each cell, and forgets them.
-    const auto deposit = [&](const std::uint32_t(&counts)[packet_size]) {
-        for (int s = 0; s < samples.count; ++s) {
-            const int k = s / packet_size;
-            const int i = s % packet_size;
-            if (samples.rays[k].hits.body[i] < 0) continue;
-            const int cell = samples.cell[k][i];
-            const auto node = static_cast<std::size_t>(at + cell);
-            const double right = samples.u[k].v[i];
-            const double down = samples.v[k].v[i];
-            const double scale = samples.weight[k].v[i] * cell_px * cell_rows / counts[cell];
-            for (std::size_t c = 0; c < channels; ++c) {
-                const double light = samples.rays[k].radiance.v[c].v[i] * scale;
-                float* above = top + c * columns + node;
-                float* below = bottom + c * columns + node;
-                above[0] += static_cast<float>(light * (1 - right) * (1 - down));
-                below[0] += static_cast<float>(light * (1 - right) * down);
-                if (node + 1 == columns) continue;
-                above[1] += static_cast<float>(light * right * (1 - down));
-                below[1] += static_cast<float>(light * right * down);
-            }
-        }
-        samples.count = 0;
-    };
+}
 
-    for (int i = 0; i < packet_size; ++i)
-        for (std::uint32_t s = 0; covered.on[i] != 0 && s < cell_samples; ++s)
-            add(i, s);
-    trace();
-    // Find the cells that need more samples.
-    std::uint32_t counts[packet_size] = {};
-    for (int first_of_cell = 0; first_of_cell < samples.count; first_of_cell += cell_samples) {
+void WingMap::CellSamples::add(int of_cell, std::uint32_t index) {
+    const int k = count / packet_size;
+    const int lane = count % packet_size;
+    cell[k][lane] = of_cell;
+    rays[k].index.v[lane] = index;
+    ++count;
+}
+
+void WingMap::CellSamples::trace() {
+    const int packets = (count + packet_size - 1) / packet_size;
+    for (int k = 0; k < packets; ++k) {
+        CameraRays& packet = rays[k];
+        const int lanes = std::min(count - k * packet_size, packet_size);
+        Lanes active;
+        Words seeds;
+        for (int i = 0; i < packet_size; ++i) {
+            // Unused lanes repeat the first, switched off.
+            active.on[i] = i < lanes ? -1 : 0;
+            if (i >= lanes) {
+                cell[k][i] = cell[k][0];
+                packet.index.v[i] = packet.index.v[0];
+            }
+            seeds.v[i] = place_seed.v[cell[k][i]];
+            packet.light_seed.v[i] = light_seed.v[cell[k][i]];
+        }
+        sobol_pair(packet.index, seeds, u[k], v[k]);
+        Doubles px;
+        Doubles py;
+        for (int i = 0; i < packet_size; ++i) {
+            px.v[i] = (first + cell[k][i] + u[k].v[i]) * cell_px;
+            py.v[i] = (row + v[k].v[i]) * cell_rows;
+        }
+        view.lens.rays(px, py, packet.direction, weight[k]);
+        view.tracer.intersect(packet, active, view.candidates);
+        view.tracer.count_samples(active);
+        for (int i = 0; i < packet_size; ++i) {
+            std::int32_t& hit = packet.hits.body[i];
+            if (hit < 0) continue;
+            const auto body = static_cast<std::size_t>(hit);
+            if (map.small_from_[body] <= static_cast<int>(level) ||
+                view.row.bodies[body].splatted(packet.direction.lane(i), packet.hits.primitive[i]))
+                hit = -1;
+        }
+    }
+    view.tracer.radiance({rays, static_cast<std::size_t>(packets)});
+}
+
+void WingMap::CellSamples::set_counts(std::uint32_t (&counts)[packet_size]) const {
+    for (int first_of_cell = 0; first_of_cell < count; first_of_cell += cell_samples) {
         double least = no_hit;
         double most = 0;
         std::uint32_t hits = 0;
         for (int s = first_of_cell; s < first_of_cell + static_cast<int>(cell_samples); ++s) {
-            const CameraRays& rays = samples.rays[s / packet_size];
+            const CameraRays& packet = rays[s / packet_size];
             double value = 0;
-            if (rays.hits.body[s % packet_size] >= 0) {
+            if (packet.hits.body[s % packet_size] >= 0) {
                 ++hits;
-                for (std::size_t c = 0; c < channels; ++c)
-                    value += rays.radiance.v[c].v[s % packet_size];
+                for (std::size_t c = 0; c < map.kernels_.channels(); ++c)
+                    value += packet.radiance.v[c].v[s % packet_size];
             }
             least = std::min(least, value);
             most = std::max(most, value);
         }
-        std::uint32_t& count = counts[samples.cell[first_of_cell / packet_size][first_of_cell % packet_size]];
-        count = cell_samples;
+        std::uint32_t& needed = counts[cell[first_of_cell / packet_size][first_of_cell % packet_size]];
+        needed = cell_samples;
         if (most - least > largest_spread * most)
-            count = hits < cell_samples ? limb_cell_samples : rough_cell_samples;
+            needed = hits < cell_samples ? limb_cell_samples : rough_cell_samples;
     }
-    deposit(counts);
+}
+
+void WingMap::CellSamples::deposit(const std::uint32_t (&counts)[packet_size], std::int32_t at,
+                                   std::size_t columns, float* top, float* bottom) {
+    for (int s = 0; s < count; ++s) {
+        const int k = s / packet_size;
+        const int i = s % packet_size;
+        if (rays[k].hits.body[i] < 0) continue;
+        const int of_cell = cell[k][i];
+        const auto node = static_cast<std::size_t>(at + of_cell);
+        const double right = u[k].v[i];
+        const double down = v[k].v[i];
+        const double scale = weight[k].v[i] * cell_px * cell_rows / counts[of_cell];
+        for (std::size_t c = 0; c < map.kernels_.channels(); ++c) {
+            const double light = rays[k].radiance.v[c].v[i] * scale;
+            float* above = top + c * columns + node;
+            float* below = bottom + c * columns + node;
+            above[0] += static_cast<float>(light * (1 - right) * (1 - down));
+            below[0] += static_cast<float>(light * (1 - right) * down);
+            if (node + 1 == columns) continue;
+            above[1] += static_cast<float>(light * right * (1 - down));
+            below[1] += static_cast<float>(light * right * down);
+        }
+    }
+    count = 0;
+}
+
+void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, float* top, float* bottom,
+                          const View& view) const {
+    const Level& l = levels_[level];
+    const auto columns = static_cast<std::size_t>(source_columns(l));
+    CellSamples samples(*this, view, level, row, l.first_column - margin + at);
+    const Lanes covered = samples.find_bodies();
+    if (!covered.any()) return;
+    samples.set_seeds();
+    for (int i = 0; i < packet_size; ++i)
+        for (std::uint32_t s = 0; covered.on[i] != 0 && s < cell_samples; ++s)
+            samples.add(i, s);
+    samples.trace();
+    std::uint32_t counts[packet_size] = {};
+    samples.set_counts(counts);
+    samples.deposit(counts, at, columns, top, bottom);
+    // Trace the cells that need more samples.
     for (int i = 0; i < packet_size; ++i)
         for (std::uint32_t s = cell_samples; s < counts[i]; ++s) {
-            add(i, s);
+            samples.add(i, s);
             if (samples.count < static_cast<int>(Tracer::batch_size) * packet_size) continue;
-            trace();
-            deposit(counts);
+            samples.trace();
+            samples.deposit(counts, at, columns, top, bottom);
         }
     if (samples.count > 0) {
-        trace();
-        deposit(counts);
+        samples.trace();
+        samples.deposit(counts, at, columns, top, bottom);
     }
 }
 
