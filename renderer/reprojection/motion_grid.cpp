@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 namespace obscura::renderer {
 namespace {
@@ -353,7 +352,46 @@ struct MotionGrid::Line {
     [[nodiscard]] bool filled(std::size_t column) const {
         return above[column].filled != 0 || below[column].filled != 0;
     }
+    /// Motion of `step` pixels from `pixel` on, between two nodes.
+    template<std::int32_t step>
+    void interpolate(std::size_t pixel, Row& row) const;
+    /// Bounds of the motion of a cell, by its nodes: those inside of it, too, or its corners.
+    struct Bounds {
+        Motion least, most;
+    };
+    [[nodiscard]] Bounds bounds(std::int32_t cell, bool inner_nodes) const;
 };
+
+template<std::int32_t step>
+void MotionGrid::Line::interpolate(std::size_t pixel, Row& row) const {
+    const std::size_t column = pixel / fine_px;
+    const std::size_t next = column + step / fine_px;
+    const Motion a = at(column);
+    const Motion b = at(next);
+    float* const dx = &row.dx[pixel];
+    float* const dy = &row.dy[pixel];
+    float* const gain = &row.gain[pixel];
+    for (std::int32_t i = 0; i < step; ++i) {
+        const float fraction = static_cast<float>(i) / static_cast<float>(step);
+        dx[i] = a.dx + fraction * (b.dx - a.dx);
+        dy[i] = a.dy + fraction * (b.dy - a.dy);
+        gain[i] = a.gain + fraction * (b.gain - a.gain);
+    }
+    if (filled(column) || filled(next)) std::fill_n(&row.filled[pixel], step, std::uint8_t{1});
+}
+
+MotionGrid::Line::Bounds MotionGrid::Line::bounds(std::int32_t cell, bool inner_nodes) const {
+    const auto first = static_cast<std::size_t>(cell * fine_cells);
+    Motion least = at(first);
+    Motion most = least;
+    for (std::size_t k = 1; k <= fine_cells; ++k) {
+        if (!inner_nodes && k < fine_cells) continue;
+        const Motion m = at(first + k);
+        least = {std::min(least.dx, m.dx), std::min(least.dy, m.dy)};
+        most = {std::max(most.dx, m.dx), std::max(most.dy, m.dy)};
+    }
+    return {least, most};
+}
 
 void MotionGrid::Row::resize(std::size_t width) {
     const std::size_t cells = width / cell_px + 2;
@@ -378,23 +416,6 @@ void MotionGrid::take(std::int32_t y, std::span<const LitColumns> lit, Row& row)
     };
     const Line corners = line(r * fine_cells, fine_cells, down);
     const Line inner = line(r * fine_cells + fine, 1, down - fine * fine_px);
-    const auto between = [&]<std::int32_t step>(std::integral_constant<std::int32_t, step>, std::size_t pixel,
-                                                const Line& from) {
-        const std::size_t column = pixel / fine_px;
-        const std::size_t next = column + step / fine_px;
-        const Motion a = from.at(column);
-        const Motion b = from.at(next);
-        float* const dx = &row.dx[pixel];
-        float* const dy = &row.dy[pixel];
-        float* const gain = &row.gain[pixel];
-        for (std::int32_t i = 0; i < step; ++i) {
-            const float share = static_cast<float>(i) / static_cast<float>(step);
-            dx[i] = a.dx + share * (b.dx - a.dx);
-            dy[i] = a.dy + share * (b.dy - a.dy);
-            gain[i] = a.gain + share * (b.gain - a.gain);
-        }
-        if (from.filled(column) || from.filled(next)) std::fill_n(&row.filled[pixel], step, std::uint8_t{1});
-    };
     const auto right = static_cast<float>(area_.width - 1);
     const auto top = static_cast<float>(area_.y - y);
     const float bottom = top + static_cast<float>(area_.height - 1);
@@ -403,15 +424,7 @@ void MotionGrid::take(std::int32_t y, std::span<const LitColumns> lit, Row& row)
         const bool inner_nodes = mixed(cell, r);
         // Where the pixels of the cell were, at most.
         const Line& from = inner_nodes ? inner : corners;
-        const auto first = static_cast<std::size_t>(cell * fine_cells);
-        Motion least = from.at(first);
-        Motion most = least;
-        for (std::size_t k = 1; k <= fine_cells; ++k) {
-            if (!inner_nodes && k < fine_cells) continue;
-            const Motion m = from.at(first + k);
-            least = {std::min(least.dx, m.dx), std::min(least.dy, m.dy)};
-            most = {std::max(most.dx, m.dx), std::max(most.dy, m.dy)};
-        }
+        const auto [least, most] = from.bounds(cell, inner_nodes);
         const float begin_x = static_cast<float>(pixel) - static_cast<float>(row.first) + least.dx;
         const float end_x = static_cast<float>(pixel) - static_cast<float>(row.first) + cell_px + most.dx;
         const auto whole = [&](float v, std::int32_t limit) {
@@ -429,10 +442,10 @@ void MotionGrid::take(std::int32_t y, std::span<const LitColumns> lit, Row& row)
             continue;
         }
         if (!inner_nodes)
-            between(std::integral_constant<std::int32_t, cell_px>(), pixel, corners);
+            corners.interpolate<cell_px>(pixel, row);
         else
             for (std::size_t k = 0; k < cell_px; k += fine_px)
-                between(std::integral_constant<std::int32_t, fine_px>(), pixel + k, inner);
+                inner.interpolate<fine_px>(pixel + k, row);
         const bool outside = begin_x < 0 || end_x > right || least.dy < top || most.dy > bottom;
         for (std::size_t p = std::max(pixel, row.first); p < pixel + cell_px; ++p) {
             const auto x = static_cast<float>(p - row.first);
