@@ -368,6 +368,42 @@ Answer CameraCalls::step(const Step& step, Work& work) {
     throw not_now(result.refusal);
 }
 
+namespace {
+
+/// Sets what the calls answer, in the order of CameraCalls::calls().
+void set_results(service::Calls& calls) {
+    calls[0].results = {
+        {"features", "array of maps", "",
+         "Rows: name, value, type, unit, allowed, help; category, of SFNC; "
+         "increment, if it is not any; locked: cannot change now, and why"},
+        {"readout", "map", "",
+         "What the chip makes of the settings in force: frame_period_us, shortest time between triggers; "
+         "max_rate_hz; readout_us, first to last row; row_us; "
+         "windows: x, y, width, height, exposure_requested_us, exposure_min_us and exposure_max_us obtained, reads. refusal: why it cannot read them"}};
+    calls[1].results = {{"values", "map", "", "Values by the names of the features"}};
+    calls[2].results = {{"changed", "map", "", "All features that have changed, and their values now"}};
+    calls[3].results = {{"started", "boolean", "", "False: it was running"}};
+    calls[4].results = {{"stopped", "boolean", "", "False: it was not running"}};
+    calls[5].results = {
+        {"accepted", "boolean", "", "Whether the camera was ready for the trigger"},
+        {"edge_tai_ns", "integer", "ns", "Instant of the trigger, TAI"},
+        {"outcome", "string", "",
+         "complete, late, repeated, partial, dropped, abandoned, or missed: no frame; with wait"},
+        {"frame", "integer", "", "Number of the frame"},
+        {"late_rows", "integer", "", "Rows that were not ready in time"},
+        {"seconds", "number", "s", "Time from the trigger until the last row had left"}};
+    calls[7].results = {{"frame", "integer", "", "Number of the frame"},
+                        {"outcome", "string", "", "As that of camera.trigger"},
+                        {"late_rows", "integer", "", "Rows that were not ready in time"},
+                        {"level", "string", "", "Worst quality level of its rows"},
+                        {"error", "number", "", "Estimated error"},
+                        {"rows_degraded", "integer", "", "Rows below full quality"},
+                        {"reasons", "integer", "", "Bits of the reasons, see docs/truth.md"},
+                        {"margin_us", "integer", "us", "Time that the last row was ready before it was due"}};
+}
+
+} // namespace
+
 service::Calls CameraCalls::calls() {
     using service::call;
     service::Calls calls{
@@ -419,34 +455,7 @@ service::Calls CameraCalls::calls() {
             "needs trigger.source = \"lockstep\".",
             [this](const Step& arguments, Work& work) { return step(arguments, work); }),
     };
-    calls[0].results = {
-        {"features", "array of maps", "",
-         "Rows: name, value, type, unit, allowed, help; category, of SFNC; "
-         "increment, if it is not any; locked: cannot change now, and why"},
-        {"readout", "map", "",
-         "What the chip makes of the settings in force: frame_period_us, shortest time between triggers; "
-         "max_rate_hz; readout_us, first to last row; row_us; "
-         "windows: x, y, width, height, exposure_requested_us, exposure_min_us and exposure_max_us obtained, reads. refusal: why it cannot read them"}};
-    calls[1].results = {{"values", "map", "", "Values by the names of the features"}};
-    calls[2].results = {{"changed", "map", "", "All features that have changed, and their values now"}};
-    calls[3].results = {{"started", "boolean", "", "False: it was running"}};
-    calls[4].results = {{"stopped", "boolean", "", "False: it was not running"}};
-    calls[5].results = {
-        {"accepted", "boolean", "", "Whether the camera was ready for the trigger"},
-        {"edge_tai_ns", "integer", "ns", "Instant of the trigger, TAI"},
-        {"outcome", "string", "",
-         "complete, late, repeated, partial, dropped, abandoned, or missed: no frame; with wait"},
-        {"frame", "integer", "", "Number of the frame"},
-        {"late_rows", "integer", "", "Rows that were not ready in time"},
-        {"seconds", "number", "s", "Time from the trigger until the last row had left"}};
-    calls[7].results = {{"frame", "integer", "", "Number of the frame"},
-                        {"outcome", "string", "", "As that of camera.trigger"},
-                        {"late_rows", "integer", "", "Rows that were not ready in time"},
-                        {"level", "string", "", "Worst quality level of its rows"},
-                        {"error", "number", "", "Estimated error"},
-                        {"rows_degraded", "integer", "", "Rows below full quality"},
-                        {"reasons", "integer", "", "Bits of the reasons, see docs/truth.md"},
-                        {"margin_us", "integer", "us", "Time that the last row was ready before it was due"}};
+    set_results(calls);
     return calls;
 }
 
