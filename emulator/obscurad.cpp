@@ -247,7 +247,6 @@ int run(const Options& options) {
     }
     daemon.start();
     emulator::Monitor monitor(daemon, emulator::version);
-    monitor.start();
     emulator::CallServer calls(daemon, monitor, emulator::version);
     calls.start();
     const std::string ready = fmt::format("ready {}\n", daemon.address());

@@ -98,6 +98,7 @@ Json json_of(const obscura_value* value) {
 CallClient::Answer::Answer(obscura_answer* answer)
     : head(json_of(obscura_answer_map(answer))), answer_(answer, obscura_answer_free) {
     head.erase("arrays");
+    head.erase("descriptors");
 }
 
 std::span<const std::uint16_t> CallClient::Answer::numbers(std::string_view name) const {
@@ -116,6 +117,10 @@ std::span<const std::size_t> CallClient::Answer::shape(std::string_view name) co
     const obscura_array* const array = obscura_array_find(answer_.get(), std::string(name).c_str());
     if (array == nullptr) return {};
     return {array->shape, array->dimensions};
+}
+
+FileDescriptor CallClient::Answer::take_file(std::size_t number) {
+    return FileDescriptor(obscura_take_descriptor(answer_.get(), number));
 }
 
 CallClient::CallClient(const std::string& address, const Options& options) {

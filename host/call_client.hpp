@@ -2,6 +2,8 @@
 // Client of a daemon's calls: fields and answers as JSON, over the C client of the native protocol.
 #pragma once
 
+#include "core/io/file_descriptor.hpp"
+
 #include <nlohmann/json.hpp>
 
 #include <cstddef>
@@ -47,6 +49,9 @@ public:
         [[nodiscard]] std::span<const float> floats(std::string_view name) const;
         /// Length of each dimension of an array, slowest first; empty: the answer has none of that name.
         [[nodiscard]] std::span<const std::size_t> shape(std::string_view name) const;
+
+        /// Takes a file that came with it, over a Unix socket; empty: there is none of that number.
+        [[nodiscard]] FileDescriptor take_file(std::size_t number);
 
     private:
         std::shared_ptr<obscura_answer> answer_;

@@ -2,23 +2,46 @@
 #include "host/monitor_client.hpp"
 
 #include "core/error.hpp"
-#include "host/monitor_connection.hpp"
 #include "host/monitor_paths.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <utility>
 
 namespace obscura::host {
 namespace {
 
-/// Reports a failed call of a socket that has a timeout.
-[[noreturn]] void fail(const std::string& what) {
-    if (errno == EAGAIN) throw NoAnswer(fmt::format("{}: no answer within {} s", what, monitor_timeout_s));
-    throw HardwareError(fmt::format("{}: {}", what, std::strerror(errno)));
+constexpr double monitor_timeout_s = 5;
+
+/// Calls `work`, and tells what it throws as an error of the daemon at `path`.
+template<typename Work>
+auto at_daemon(const std::filesystem::path& path, const Work& work) {
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+        return work();
+    } catch (const CallRefused& refused) {
+        throw HardwareError(fmt::format("{}: {}", path.string(), refused.what()));
+    } catch (const HardwareError&) {
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+        if (spent.count() >= monitor_timeout_s)
+            throw NoAnswer(fmt::format("{}: no answer within {} s", path.string(), monitor_timeout_s));
+        const std::string why = refusal_of_socket(path);
+        throw HardwareError(why.empty()
+                                ? fmt::format("{}: the daemon has ended the connection", path.string())
+                                : fmt::format("no daemon answers at {}: {}", path.string(), why));
+    }
+}
+
+CallClient connected_client(const std::filesystem::path& socket) {
+    CallClient::Options options;
+    options.timeout_s = options.connect_timeout_s = monitor_timeout_s;
+    return at_daemon(socket, [&] { return CallClient(socket.string(), options); });
 }
 
 /// Calls `visit` with the given socket, or with those of all daemons of this machine. Returns why the last
@@ -39,33 +62,33 @@ std::string visit_sockets(const std::string& socket, const Visit& visit) {
 
 } // namespace
 
-MonitorClient::MonitorClient(const std::filesystem::path& socket, bool wait)
-    : path_(socket), socket_(connect_to_monitor(socket, wait)) {
-    if (!socket_) fail(fmt::format("no daemon answers at {}", socket.string()));
+std::string refusal_of_socket(const std::filesystem::path& socket) {
+    const std::string& text = socket.native();
+    if (text.size() > max_socket_path_bytes()) return std::strerror(ENAMETOOLONG);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    text.copy(address.sun_path, text.size());
+    const FileDescriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    if (!probe) return std::strerror(errno);
+    // EAGAIN: it has not accepted those before.
+    if (::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
+        errno == EAGAIN)
+        return {};
+    return errno == EPROTOTYPE ? "an obscurad of an earlier version" : std::strerror(errno);
 }
 
-nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request,
-                                          std::vector<FileDescriptor>* descriptors) const {
-    const auto refuse = [this](const std::string& why) {
-        throw HardwareError(fmt::format("{}: {}", path_.string(), why));
-    };
-    const std::string text = request.dump();
-    std::vector<char> answer(monitor_answer_bytes);
-    if (!send_request(socket_.get(), text)) fail(path_.string());
-    const ssize_t bytes = receive_answer(socket_.get(), answer, descriptors);
-    if (bytes == 0) refuse("the daemon has ended the connection");
-    if (bytes < 0) fail(path_.string());
-    auto json = nlohmann::ordered_json::parse(answer.begin(), answer.begin() + bytes, nullptr, false);
-    if (!json.is_object()) refuse("the answer is no JSON object");
-    if (json.contains("error")) refuse(json["error"].dump());
-    return json;
+MonitorClient::MonitorClient(const std::filesystem::path& socket)
+    : path_(socket), client_(connected_client(socket)) {}
+
+CallClient::Answer MonitorClient::call(const std::string& name, const nlohmann::ordered_json& fields) {
+    return at_daemon(path_, [&] { return client_.call(name, fields); });
 }
 
 DaemonStates daemon_states(const std::string& socket) {
     DaemonStates found;
     const std::string refused = visit_sockets(socket, [&found](const std::filesystem::path& path) {
         try {
-            found.states.push_back(MonitorClient(path).ask({{"verb", "state"}}));
+            found.states.push_back(MonitorClient(path).call("state").head);
         } catch (const NoAnswer& error) {
             found.silent.emplace_back(error.what());
         }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Client of a daemon's monitor socket.
+// Clients of the daemons of this machine: connection to a monitor socket, search for the daemons.
 #pragma once
 
 #include "core/error.hpp"
 #include "core/io/file_descriptor.hpp"
+#include "host/call_client.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -19,29 +20,32 @@ public:
     using HardwareError::HardwareError;
 };
 
-/// A connection to one daemon. Thread-bound.
+/// Why nothing takes connections at a Unix socket; empty: something does, and may answer. Does not wait.
+[[nodiscard]] std::string refusal_of_socket(const std::filesystem::path& socket);
+
+/// A connection to the monitor socket of one daemon, which takes the calls of the permission view.
+/// Thread-bound.
 class MonitorClient {
 public:
-    /// Throws HardwareError if nothing serves the socket. `wait`: for 5 s, should the daemon be too busy to
-    /// accept clients; then NoAnswer.
-    explicit MonitorClient(const std::filesystem::path& socket, bool wait = true);
+    /// Waits for 5 s at most. Throws HardwareError if nothing serves the socket, NoAnswer if that is too
+    /// busy.
+    explicit MonitorClient(const std::filesystem::path& socket);
 
-    /// Sends a request and waits for its answer, for 5 s at most. Throws HardwareError if the daemon goes, is
+    /// Makes a call and waits for its answer, for 5 s at most. Throws HardwareError if the daemon goes, is
     /// silent (NoAnswer) or refuses.
-    /// Descriptors that come with the answer are appended to `descriptors`, or closed if that is null.
-    [[nodiscard]] nlohmann::ordered_json ask(const nlohmann::ordered_json& request,
-                                             std::vector<FileDescriptor>* descriptors = nullptr) const;
+    [[nodiscard]] CallClient::Answer call(const std::string& name,
+                                          const nlohmann::ordered_json& fields = nullptr);
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
 private:
     std::filesystem::path path_;
-    FileDescriptor socket_;
+    CallClient client_;
 };
 
 constexpr const char* no_daemon_here =
     "no daemon with a monitor socket runs here (monitor.socket; --socket PATH)";
 
-/// What daemons do, as their verb "state" tells it.
+/// What daemons do, as their call `state` tells it.
 struct DaemonStates {
     std::vector<nlohmann::ordered_json> states;
     /// One line for each daemon that runs and does not answer, as one that is stopped or hangs.

@@ -62,6 +62,13 @@ void Connection::serve(short events) {
     if (!gone()) send();
 }
 
+Connection::Clock::time_point Connection::may_end_from(const IdleRules& rules) const {
+    const std::lock_guard lock(mutex_);
+    // A stream has its credits as requests.
+    if (current_ || !waiting_.empty()) return Clock::time_point::max();
+    return service::may_end_from(rules, heard_, !greeted_);
+}
+
 void Connection::tell_progress(Clock::time_point now) {
     const std::lock_guard lock(mutex_);
     // A client that does not read needs no news.
@@ -136,6 +143,7 @@ void Connection::take_messages() {
 }
 
 void Connection::take_request(std::uint32_t id, std::string text) {
+    heard_ = Clock::now();
     answer_failure(id, [&] {
         if (text.size() > max_local_read_bytes) return enqueue(id, std::move(text), {});
         json request = read_head(text, limits_);

@@ -57,6 +57,7 @@ public:
     void look_at(Clock::time_point now) override;
     void end() override { hang_up(); }
     [[nodiscard]] bool gone() const noexcept override { return !socket_; }
+    [[nodiscard]] Clock::time_point may_end_from(const IdleRules& rules) const override;
     [[nodiscard]] bool at_rest() const noexcept override { return !thread_ || thread_->ended(); }
 
 private:
@@ -146,6 +147,7 @@ private:
     std::optional<Clock::time_point> begun_; ///< of the message whose first bytes are in input_
     const Clock::time_point connected_ = Clock::now();
     bool greeted_ = false;
+    Clock::time_point heard_ = connected_; ///< of its last request
     /// Nothing is read as requests any more; the connection ends when the client ends it, or then.
     std::optional<Clock::time_point> ends_;
     bool shut_ = false; ///< nothing is sent any more

@@ -94,8 +94,9 @@ Listener Listener::unix_socket(const std::filesystem::path& path) {
     std::error_code error;
     if (std::filesystem::exists(path, error)) {
         if (!std::filesystem::is_socket(path, error)) refuse_address(text, "exists, and is no socket");
-        const FileDescriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-        if (::connect(probe.get(), raw, sizeof address) == 0)
+        const FileDescriptor probe(::socket(AF_UNIX, socket_flags, 0));
+        // EAGAIN: it has not accepted those before; EPROTOTYPE: it is no server of streams.
+        if (::connect(probe.get(), raw, sizeof address) == 0 || errno == EAGAIN || errno == EPROTOTYPE)
             refuse_address(text, "another server listens there");
         std::filesystem::remove(path, error);
     }

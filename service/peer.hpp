@@ -3,12 +3,13 @@
 #pragma once
 
 #include "core/io/file_descriptor.hpp"
+#include "service/acceptor.hpp"
 #include "service/listener.hpp"
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
-#include <string>
 
 namespace obscura::service {
 
@@ -34,8 +35,19 @@ public:
     virtual void end() = 0;
     /// The client is gone.
     [[nodiscard]] virtual bool gone() const noexcept = 0;
+    /// When its client may be ended for another one that waits, see IdleRules; max(): not at all, or a call
+    /// of it is in progress.
+    [[nodiscard]] virtual Clock::time_point may_end_from(const IdleRules& /*rules*/) const {
+        return Clock::time_point::max();
+    }
     /// Whether the destructor would not wait.
     [[nodiscard]] virtual bool at_rest() const noexcept = 0;
+};
+
+/// Places for the clients of one endpoint.
+struct OwnPlaces {
+    std::size_t clients = 0; ///< 0: none of its own, its clients count as all others of the server
+    IdleRules idle{};
 };
 
 /// Listening endpoint: a socket and the protocol spoken there.
@@ -43,7 +55,8 @@ struct ListeningEndpoint {
     Listener listener;
     /// Makes the connection of a client; `wake` may be called on any thread, to have events() asked again.
     std::function<std::unique_ptr<Peer>(FileDescriptor socket, std::function<void()> wake)> open;
-    std::string refusal; ///< what a client beyond the limit is sent
+    AcceptRules rules{};
+    OwnPlaces places{};
 };
 
 } // namespace obscura::service

@@ -23,11 +23,6 @@ namespace {
 constexpr int poll_interval_ms = 200;
 /// While calls of connections that have ended go on: these count as clients.
 constexpr int reap_interval_ms = 5;
-/// Clients that are accepted before those that are connected have their turn.
-constexpr int max_accepted = 4;
-/// Where no client can be accepted, its connection waits on: poll() would tell of it again and again.
-constexpr std::chrono::milliseconds accept_pause{200};
-
 } // namespace
 
 Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners, Tokens tokens,
@@ -35,7 +30,7 @@ Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners
     : limits_(limits),
       tokens_(std::move(tokens)),
       admin_group_(admin_group),
-      context_{limits_, host, memory_, listeners.empty() ? std::string() : Connection::api_of(host)},
+      context_{limits_, host, memory_, {}},
       wakeup_fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (!wakeup_fd_) throw HardwareError(fmt::format("eventfd: {}", std::strerror(errno)));
     const Outgoing refusal =
@@ -45,31 +40,55 @@ Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners
                                               limits.clients)}});
     for (Listener& listener : listeners) {
         const bool is_unix = listener.is_unix(); // no more once it has moved
-        add({std::move(listener),
-             [this, is_unix](FileDescriptor socket, std::function<void()> wake) {
-                 Access access = access_of(is_unix, socket.get());
-                 return std::make_unique<Connection>(std::move(socket), context_, std::move(access),
-                                                     std::move(wake));
-             },
-             refusal.start});
+        add(native(std::move(listener), {.refusal = refusal.start}, {},
+                   [this, is_unix](int client) { return access_of(is_unix, client); }));
     }
 }
 
+void Server::add(ListeningEndpoint endpoint) {
+    endpoints_.push_back({Acceptor(std::move(endpoint.listener), std::move(endpoint.rules)),
+                          std::move(endpoint.open), endpoint.places});
+}
+
+void Server::add_for(Permission most, Listener listener, const OwnPlaces& places) {
+    const bool is_unix = listener.is_unix();
+    add(native(std::move(listener), {.waits = true}, places, [most, is_unix](int /*client*/) {
+        return Access{most, nullptr, is_unix};
+    }));
+}
+
+ListeningEndpoint Server::native(Listener listener, AcceptRules rules, const OwnPlaces& places,
+                                 std::function<Access(int client)> access) {
+    if (context_.api.empty()) context_.api = Connection::api_of(context_.host);
+    return {std::move(listener),
+            [this, access = std::move(access)](FileDescriptor socket, std::function<void()> wake) {
+                Access granted = access(socket.get());
+                return std::make_unique<Connection>(std::move(socket), context_, std::move(granted),
+                                                    std::move(wake));
+            },
+            std::move(rules), places};
+}
+
 Server::~Server() {
-    for (const std::unique_ptr<Peer>& connection : connections_)
-        connection->end();
+    for (const Client& connection : connections_)
+        connection.peer->end();
 }
 
 void Server::run(const std::function<bool()>& stopped) {
     std::vector<pollfd> polled;
     while (!stopped()) {
+        const auto before = Clock::now();
         polled.assign(1, {wakeup_fd_.get(), POLLIN, 0});
-        const bool accepts = Peer::Clock::now() >= accept_from_;
-        for (const ListeningEndpoint& endpoint : endpoints_)
-            polled.push_back({accepts ? endpoint.listener.socket() : -1, POLLIN, 0});
-        for (const std::unique_ptr<Peer>& connection : connections_) {
-            const short events = connection->events();
-            polled.push_back({events == 0 ? -1 : connection->socket(), events, 0});
+        for (const Endpoint& endpoint : endpoints_) {
+            const auto may_place = [&] {
+                return count(connections_, endpoint) + count(closed_, endpoint) < places_of(endpoint) ||
+                       longest_silent(endpoint, before) != connections_.end();
+            };
+            polled.push_back({endpoint.acceptor.polled(before, may_place), POLLIN, 0});
+        }
+        for (const Client& connection : connections_) {
+            const short events = connection.peer->events();
+            polled.push_back({events == 0 ? -1 : connection.peer->socket(), events, 0});
         }
         const int wait_ms = closed_.empty() ? poll_interval_ms : reap_interval_ms;
         if (::poll(polled.data(), polled.size(), wait_ms) < 0) {
@@ -81,38 +100,62 @@ void Server::run(const std::function<bool()>& stopped) {
         // New connections stand behind those that were polled.
         const std::size_t first = 1 + endpoints_.size();
         for (std::size_t i = first; i < polled.size(); ++i)
-            connections_[i - first]->serve(polled[i].revents);
-        const auto now = Peer::Clock::now();
-        for (const std::unique_ptr<Peer>& connection : connections_)
-            if (!connection->gone()) connection->look_at(now);
-        for (std::size_t i = 0; i < endpoints_.size(); ++i)
-            if (polled[1 + i].revents != 0 && !accept(endpoints_[i])) accept_from_ = now + accept_pause;
+            connections_[i - first].peer->serve(polled[i].revents);
+        const auto now = Clock::now();
+        for (const Client& connection : connections_)
+            if (!connection.peer->gone()) connection.peer->look_at(now);
+        for (std::size_t i = 0; i < endpoints_.size(); ++i) {
+            Endpoint& endpoint = endpoints_[i];
+            if (polled[1 + i].revents != 0)
+                endpoint.acceptor.accept(
+                    now, [&] { return make_place(endpoint, now); },
+                    [&](FileDescriptor client) { open(endpoint, std::move(client)); });
+        }
         reap_closed_connections();
     }
 }
 
-bool Server::accept(const ListeningEndpoint& endpoint) {
-    for (int i = 0; i < max_accepted; ++i) {
-        FileDescriptor client = endpoint.listener.accept();
-        if (!client) return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
-        if (connections_.size() + closed_.size() < limits_.clients) {
-            open(endpoint, std::move(client));
-            continue;
-        }
-        // The buffer of a new connection has room for it.
-        [[maybe_unused]] const ssize_t bytes = ::send(client.get(), endpoint.refusal.data(),
-                                                      endpoint.refusal.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    }
-    return true;
+std::size_t Server::count(const Clients& clients, const Endpoint& endpoint) const {
+    return static_cast<std::size_t>(std::count_if(clients.begin(), clients.end(), [&](const Client& client) {
+        return endpoint.places.clients > 0 ? client.endpoint == &endpoint
+                                           : client.endpoint->places.clients == 0;
+    }));
 }
 
-void Server::open(const ListeningEndpoint& endpoint, FileDescriptor client) {
+std::size_t Server::places_of(const Endpoint& endpoint) const {
+    return endpoint.places.clients > 0 ? endpoint.places.clients : limits_.clients;
+}
+
+Server::Clients::iterator Server::longest_silent(const Endpoint& endpoint, Clock::time_point now) {
+    auto longest = connections_.end();
+    Clock::time_point earliest = now;
+    for (auto client = connections_.begin(); client != connections_.end(); ++client) {
+        if (client->endpoint != &endpoint || client->peer->gone()) continue;
+        const auto from = client->peer->may_end_from(endpoint.places.idle);
+        if (from > earliest) continue;
+        earliest = from;
+        longest = client;
+    }
+    return longest;
+}
+
+bool Server::make_place(const Endpoint& endpoint, Clock::time_point now) {
+    const std::size_t connected = count(connections_, endpoint), places = places_of(endpoint);
+    if (connected + count(closed_, endpoint) < places) return true;
+    // A client that has been ended gives its place back once its call has ended.
+    if (connected < places) return false;
+    if (const auto silent = longest_silent(endpoint, now); silent != connections_.end()) silent->peer->end();
+    return false;
+}
+
+void Server::open(const Endpoint& endpoint, FileDescriptor client) {
     try {
-        connections_.push_back(endpoint.open(std::move(client), [this] {
+        auto peer = endpoint.open(std::move(client), [this] {
             const std::uint64_t one = 1;
             // It fails only where it has rung so often that it need not.
             [[maybe_unused]] const ssize_t bytes = ::write(wakeup_fd_.get(), &one, sizeof one);
-        }));
+        });
+        connections_.push_back({std::move(peer), &endpoint});
     } catch (const std::exception&) { // no memory, or no thread: the others go on
     }
 }
@@ -126,10 +169,10 @@ Access Server::access_of(bool is_unix, int client) {
 void Server::reap_closed_connections() {
     const auto split =
         std::stable_partition(connections_.begin(), connections_.end(),
-                              [](const std::unique_ptr<Peer>& connection) { return !connection->gone(); });
+                              [](const Client& connection) { return !connection.peer->gone(); });
     std::move(split, connections_.end(), std::back_inserter(closed_));
     connections_.erase(split, connections_.end());
-    std::erase_if(closed_, [](const std::unique_ptr<Peer>& connection) { return connection->at_rest(); });
+    std::erase_if(closed_, [](const Client& connection) { return connection.peer->at_rest(); });
 }
 
 } // namespace obscura::service

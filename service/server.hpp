@@ -10,10 +10,11 @@
 #include "service/session.hpp"
 #include "service/tokens.hpp"
 
+#include <cstddef>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace obscura::service {
@@ -32,30 +33,51 @@ public:
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
-    /// One more way in, before run(); its clients count as all others.
-    void add(ListeningEndpoint endpoint) { endpoints_.push_back(std::move(endpoint)); }
+    /// One more way in, before run().
+    void add(ListeningEndpoint endpoint);
+    /// The native protocol at one more socket, before run(), for clients that may do what `most` permits and
+    /// prove nothing; they have places of their own, for which further ones wait.
+    void add_for(Permission most, Listener listener, const OwnPlaces& places);
     /// What all clients hold together.
     [[nodiscard]] MemoryAccount& memory() noexcept { return memory_; }
     /// Serves until `stopped` returns true, which is asked five times a second and after each signal.
     void run(const std::function<bool()>& stopped);
 
 private:
-    /// False: there was no descriptor, or no memory, for a client that waits.
-    [[nodiscard]] bool accept(const ListeningEndpoint& endpoint);
-    void open(const ListeningEndpoint& endpoint, FileDescriptor client);
+    using Clock = Peer::Clock;
+    struct Endpoint {
+        Acceptor acceptor;
+        decltype(ListeningEndpoint::open) open;
+        OwnPlaces places;
+    };
+    struct Client {
+        std::unique_ptr<Peer> peer;
+        const Endpoint* endpoint;
+    };
+    using Clients = std::vector<Client>;
+
+    /// Clients that count for the places of `endpoint`.
+    [[nodiscard]] std::size_t count(const Clients& clients, const Endpoint& endpoint) const;
+    [[nodiscard]] std::size_t places_of(const Endpoint& endpoint) const;
+    /// The client of `endpoint` that may be ended now for another one; the end: none may.
+    [[nodiscard]] Clients::iterator longest_silent(const Endpoint& endpoint, Clock::time_point now);
+    /// Whether there is a place for one more; ends another client where that makes one soon.
+    [[nodiscard]] bool make_place(const Endpoint& endpoint, Clock::time_point now);
+    void open(const Endpoint& endpoint, FileDescriptor client);
+    [[nodiscard]] ListeningEndpoint native(Listener listener, AcceptRules rules, const OwnPlaces& places,
+                                           std::function<Access(int client)> access);
     [[nodiscard]] Access access_of(bool is_unix, int client);
     void reap_closed_connections();
 
     const Limits limits_;
-    std::vector<ListeningEndpoint> endpoints_;
+    std::deque<Endpoint> endpoints_; ///< clients refer to them
     Tokens tokens_;
     const std::optional<gid_t> admin_group_;
     MemoryAccount memory_{limits_.memory_bytes};
-    const ConnectionContext context_;
+    ConnectionContext context_;
     FileDescriptor wakeup_fd_; ///< eventfd: a connection has something to send
-    std::vector<std::unique_ptr<Peer>> connections_;
-    std::vector<std::unique_ptr<Peer>> closed_; ///< their calls have not ended yet
-    Peer::Clock::time_point accept_from_{};     ///< until then no client is accepted: none could be
+    Clients connections_;
+    Clients closed_; ///< their calls have not ended yet
 };
 
 } // namespace obscura::service

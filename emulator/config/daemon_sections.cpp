@@ -320,11 +320,12 @@ bool MonitorSection::keeps_frames() const {
 config::Section section_of(MonitorSection& s) {
     config::Section section;
     section.name = "monitor";
-    section.help = "The local socket through which programs of this machine ask for state and events.";
+    section.help =
+        "The local socket through which programs of this machine look at the daemon, and change nothing.";
     section.keys = {
         key("socket", &s.socket)
             .help(
-                "Absolute path of the socket that obscura status and obscura events ask, for this user and group; "
+                "Absolute path of a Unix socket for the user and the group of the daemon, at which clients may make the calls of the permission view, as obscura status and obscura-web do; "
                 "auto: a name of its own in the runtime folder, where they find it; off: none"),
         key("frames", &s.frames)
             .help("Hand the newest frames to programs that ask there, for the page of obscura-web; "

@@ -102,7 +102,7 @@ struct OutputsSection {
     bool active_low = false;
 };
 
-/// [monitor]: the local socket that `obscura status` asks.
+/// [monitor]: the local socket for those who look, as `obscura status`.
 struct MonitorSection {
     std::string socket = "auto"; ///< path, or see monitor_paths.hpp
     bool frames = true;

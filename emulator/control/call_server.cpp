@@ -13,7 +13,9 @@
 #include <fmt/format.h>
 #include <grp.h>
 
+#include <chrono>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -22,6 +24,12 @@ namespace {
 
 /// Calls compute little, and the daemon locks its memory.
 constexpr std::size_t stack_bytes = 512U << 10;
+
+/// Places of the clients of [monitor], which those of [control] cannot take. Silence after which one makes
+/// room: more than the period of those that watch, and less than the time-out of those that wait meanwhile.
+/// Clients ask as soon as they are connected.
+constexpr service::OwnPlaces watchers{
+    8, {.idle = std::chrono::milliseconds(2000), .mute = std::chrono::milliseconds(200)}};
 
 CameraCalls::Cameras cameras_of(Daemon& daemon) {
     CameraCalls::Cameras cameras;
@@ -45,16 +53,39 @@ std::filesystem::path scenes_of(const DaemonConfig& config) {
                                          : std::filesystem::path(config.control.scenes);
 }
 
-/// The default socket is optional: a camera starts without it.
+/// Throws HardwareError.
+service::Listener socket_at(const std::filesystem::path& path) {
+    if (const std::string why = host::prepare_socket_folder(path.parent_path()); !why.empty())
+        throw HardwareError(fmt::format("{}: {}", path.string(), why));
+    return service::Listener::unix_socket(path);
+}
+
+/// A socket at its automatic path is optional: a camera starts without it.
 void add_automatic_socket(std::vector<service::Listener>& listeners) {
     const std::filesystem::path path = host::own_calls_socket();
+    host::remove_left_over_sockets(path.parent_path());
     try {
-        if (const std::string why = host::prepare_socket_folder(path.parent_path()); !why.empty())
-            throw HardwareError(fmt::format("{}: {}", path.string(), why));
-        host::remove_left_over_sockets(path.parent_path());
-        listeners.push_back(service::Listener::unix_socket(path));
+        listeners.push_back(socket_at(path));
     } catch (const HardwareError& error) {
         log_warning("calls: no socket: {}", error.what());
+    }
+}
+
+/// The socket for those who watch. None: the configuration wants none, or the automatic one cannot be opened.
+/// Throws HardwareError.
+std::optional<service::Listener> monitor_socket(const std::string& where) {
+    if (where == host::no_monitor) return std::nullopt;
+    const bool automatic = where == host::automatic_monitor;
+    const std::filesystem::path path = automatic ? host::own_monitor_socket() : std::filesystem::path(where);
+    try {
+        if (automatic) host::remove_left_over_sockets(path.parent_path());
+        service::Listener listener = socket_at(path);
+        log_info("monitor: {}", listener.address());
+        return listener;
+    } catch (const HardwareError& error) {
+        if (!automatic) throw HardwareError(fmt::format("monitor.socket: {}", error.what()));
+        log_warning("monitor: socket not opened: {}", error.what());
+        return std::nullopt;
     }
 }
 
@@ -108,18 +139,20 @@ void CallServer::start() {
         add_automatic_socket(listeners);
     else if (!section.unix_socket.empty())
         listeners.push_back(service::Listener::unix_socket(section.unix_socket));
-    if (listeners.empty()) return;
+    std::optional<service::Listener> watched = monitor_socket(daemon_.config().monitor.socket);
     for (const service::Listener& listener : listeners) {
         addresses_.push_back(listener.address());
         log_info("calls: {}", listener.address());
     }
     // The Unix socket, if there is one, tells who calls.
-    monitor_.set_control(addresses_.back());
+    if (!addresses_.empty()) monitor_.set_control(addresses_.back());
+    if (listeners.empty() && !watched) return;
     service::Limits limits;
     limits.clients = static_cast<std::size_t>(section.clients);
     limits.stack_bytes = stack_bytes;
     server_ = std::make_unique<service::Server>(limits, host_, std::move(listeners), std::move(tokens),
                                                 group_of(section.admin_group));
+    if (watched) server_->add_for(service::Permission::view, std::move(*watched), watchers);
     stopping_ = false;
     thread_ = std::thread([this, cores = ordinary_cores(daemon_.threads())] {
         // Threads of clients inherit all of it.

@@ -27,8 +27,8 @@ public:
     CallServer(const CallServer&) = delete;
     CallServer& operator=(const CallServer&) = delete;
 
-    /// Opens the sockets of [control], if there are any, and serves. After Daemon::start(). Throws
-    /// HardwareError.
+    /// Opens the sockets of [control] and [monitor], if there are any, and serves. After Daemon::start().
+    /// Throws HardwareError.
     void start();
     /// To be called several times a second.
     void tick() { host_.tick(); }
@@ -40,7 +40,7 @@ public:
     /// Ends all connections, before Daemon::stop().
     void stop();
 
-    /// Where it listens.
+    /// Where [control] has it listen.
     [[nodiscard]] const std::vector<std::string>& addresses() const noexcept { return addresses_; }
 
 private:

@@ -203,11 +203,16 @@ config::Key camera_key(std::uint32_t* number) {
         .help("Number of the camera, in the order of the configuration");
 }
 
-ControlledCamera& checked_camera(const CameraCalls::Cameras& cameras, std::uint32_t number) {
-    if (number < cameras.size()) return *cameras[number];
-    const std::string allowed = fmt::format("0 to {}", cameras.size() - 1);
+void check_camera_number(std::size_t cameras, std::uint32_t number) {
+    if (number < cameras) return;
+    const std::string allowed = fmt::format("0 to {}", cameras - 1);
     throw bad_argument("camera", fmt::format("camera: there is no camera {}, allowed {}", number, allowed),
                        allowed);
+}
+
+ControlledCamera& checked_camera(const CameraCalls::Cameras& cameras, std::uint32_t number) {
+    check_camera_number(cameras.size(), number);
+    return *cameras[number];
 }
 
 ControlledCamera& CameraCalls::camera(const Choice& choice) const {

@@ -12,6 +12,8 @@
 
 namespace obscura::emulator {
 
+/// Throws Failure if there is no camera of that number among so many.
+void check_camera_number(std::size_t cameras, std::uint32_t number);
 /// The camera of that number. Throws Failure.
 [[nodiscard]] ControlledCamera& checked_camera(const std::vector<std::unique_ptr<ControlledCamera>>& cameras,
                                                std::uint32_t number);

@@ -37,7 +37,7 @@ public:
         service::Calls calls{
             service::call<NoArguments>(
                 "state", Permission::view,
-                "Tells what the daemon and its cameras do, as the verb `state` of the monitor does.",
+                "Tells what the daemon and its cameras do: counters, latencies and the last minute.",
                 [this](const NoArguments&, Work& /*work*/) { return Answer{host_.state()}; }),
             service::call<Events>(
                 "events", Permission::view,
@@ -58,8 +58,11 @@ public:
         calls.push_back(timing_rows_call(cameras_));
         for (service::Call& call : device_calls(cameras_))
             calls.push_back(std::move(call));
+        WatchedCameras watched;
+        for (const auto& camera : cameras_)
+            watched.push_back(camera->watch);
         for (service::Call& call :
-             ring_calls(cameras_, [this](std::size_t camera) { return host_.ring_files(camera); }))
+             ring_calls(watched, [this](std::size_t camera) { return host_.ring_files(camera); }))
             calls.push_back(std::move(call));
         calls.push_back(truth_call(cameras_));
         const auto source = [this](std::size_t camera, const FrameInfo& frame) {
@@ -149,7 +152,7 @@ json ControlHost::scene_tree(std::size_t camera) {
 
 RingFiles ControlHost::ring_files(std::size_t camera) {
     RingFiles files;
-    ask([&] { files = hand_over_ring(*cameras_.at(camera)); });
+    ask([&] { files = hand_over_ring(*cameras_.at(camera)->watch); });
     return files;
 }
 

@@ -50,14 +50,15 @@ struct WatchedRing : RingCamera {
 };
 
 /// Throws Failure.
-transports::WatchTransport& checked_watch(const CameraCalls::Cameras& cameras, const RingCamera& which) {
+transports::WatchTransport& checked_watch(const WatchedCameras& cameras, const RingCamera& which) {
     if (which.pid != 0 && which.pid != static_cast<std::uint32_t>(::getpid())) {
         Failure failure(FailureCode::bad_argument, fmt::format("pid: this is process {}", ::getpid()));
         failure.field = "pid";
         throw failure;
     }
-    transports::WatchTransport* const watch = checked_camera(cameras, which.camera).watch;
-    if (watch == nullptr) throw Failure(FailureCode::not_now, "no frames are kept");
+    check_camera_number(cameras.size(), which.camera);
+    transports::WatchTransport* const watch = cameras[which.camera];
+    if (watch == nullptr) throw Failure(FailureCode::not_now, "the daemon keeps no frames for calls");
     return *watch;
 }
 
@@ -84,17 +85,16 @@ FileDescriptor second_descriptor(int descriptor) {
 
 } // namespace
 
-RingFiles hand_over_ring(const ControlledCamera& camera) {
-    transports::FrameRing& ring = camera.watch->ring();
+RingFiles hand_over_ring(transports::WatchTransport& watch) {
+    transports::FrameRing& ring = watch.ring();
     return {second_descriptor(ring.descriptor()), second_descriptor(ring.hand_over())};
 }
 
-service::Calls ring_calls(const CameraCalls::Cameras& cameras,
-                          std::function<RingFiles(std::size_t camera)> files) {
+service::Calls ring_calls(const WatchedCameras& cameras, std::function<RingFiles(std::size_t camera)> files) {
     service::Call ring = service::call<RingCamera>(
         "ring", Permission::view,
         "Hands over the memory of a camera's newest frames, and an eventfd that each of them signals. Over a Unix socket only.",
-        [&cameras, files = std::move(files)](const RingCamera& which, Work& /*work*/) {
+        [cameras, files = std::move(files)](const RingCamera& which, Work& /*work*/) {
             Answer answer = told_of_ring(checked_watch(cameras, which), which.camera);
             try {
                 const auto handed = std::make_shared<RingFiles>(files(which.camera));
@@ -108,7 +108,7 @@ service::Calls ring_calls(const CameraCalls::Cameras& cameras,
     service::Call watch = service::call<WatchedRing>(
         "watch", Permission::view,
         "Has frames of a camera copied to the memory of ring for the next seconds.",
-        [&cameras](const WatchedRing& which, Work& /*work*/) {
+        [cameras](const WatchedRing& which, Work& /*work*/) {
             transports::WatchTransport& watched = checked_watch(cameras, which);
             watched.look(which.period_us * ns_per_us);
             return told_of_ring(watched, which.camera);

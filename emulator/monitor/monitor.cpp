@@ -2,14 +2,11 @@
 #include "emulator/monitor/monitor.hpp"
 
 #include "core/clock.hpp"
-#include "core/error.hpp"
 #include "core/realtime/log.hpp"
 #include "core/realtime/log_history.hpp"
 #include "emulator/daemon/daemon.hpp"
-#include "emulator/monitor/frame_verbs.hpp"
 #include "emulator/monitor/isolation_advice.hpp"
 #include "emulator/monitor/own_threads.hpp"
-#include "host/monitor_paths.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -20,6 +17,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <optional>
 #include <utility>
 
 namespace obscura::emulator {
@@ -70,10 +68,6 @@ std::string utc_text(std::int64_t ns) {
     return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(seconds), ns % ns_per_s / ns_per_ms);
 }
 
-std::string text_of(const Json& answer) {
-    return answer.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 /// `line0`: kind of the source of Line0; `clock`: state of its clock.
 AwaitedTrigger awaited_of(const TriggerChoice& trigger, const std::string& line0, const std::string& clock) {
     AwaitedTrigger awaited;
@@ -120,40 +114,7 @@ Monitor::Monitor(Daemon& daemon, std::string version)
       started_utc_ns_(std::chrono::duration_cast<std::chrono::nanoseconds>(
                           std::chrono::system_clock::now().time_since_epoch())
                           .count()),
-      recent_(daemon.camera_count()) {
-    verbs_ = {
-        monitor_verb<NoParameters>(
-            "state", "Tells what the daemon and its cameras do: counters, latencies and the last minute",
-            state_results(), [this](const NoParameters&) { return text_of(*state()); }),
-        monitor_verb<EventRange>(
-            "events", "Lists the latest lines of the daemon's log, oldest first", events_results(),
-            [](const EventRange& range) {
-                return events(range.after, range.most).dump(-1, ' ', true, Json::error_handler_t::replace);
-            }),
-    };
-    std::vector<transports::WatchTransport*> watched;
-    for (std::size_t i = 0; i < daemon.camera_count(); ++i)
-        watched.push_back(daemon.unit(i).watch());
-    for (MonitorVerb& verb : frame_verbs(std::move(watched)))
-        verbs_.push_back(std::move(verb));
-}
-
-void Monitor::start() {
-    const std::string& where = daemon_.config().monitor.socket;
-    if (where == host::no_monitor) return;
-    const bool automatic = where == host::automatic_monitor;
-    if (automatic) host::remove_left_over_sockets(host::own_monitor_folder());
-    socket_.emplace(automatic ? host::own_monitor_socket() : std::filesystem::path(where),
-                    [this](std::string_view request) { return answer_request(verbs_, request); });
-    try {
-        socket_->start();
-        log_info("monitor: {}", socket_->path().string());
-    } catch (const HardwareError& error) {
-        if (!automatic) throw;
-        log_warning("monitor: socket not opened: {}", error.what());
-        socket_.reset();
-    }
-}
+      recent_(daemon.camera_count()) {}
 
 void Monitor::tick() {
     const Time time = now();
@@ -165,7 +126,6 @@ void Monitor::tick() {
         const ThreadPlan& plan = daemon_.threads();
         advice_ = isolation_advice(machine_facts(plan.release.cores, highest_priority(plan)));
     }
-    if (socket_) socket_->serve(time);
 }
 
 std::shared_ptr<const Json> Monitor::state() {

@@ -2,18 +2,17 @@
 // Monitor of a daemon: its state and events for programs of the same machine.
 #pragma once
 
+#include "config/keys.hpp"
 #include "core/realtime/log_history.hpp"
 #include "core/time.hpp"
 #include "emulator/monitor/beat_times.hpp"
-#include "emulator/monitor/monitor_socket.hpp"
-#include "emulator/monitor/monitor_verbs.hpp"
 #include "emulator/monitor/recent_frames.hpp"
+#include "service/call.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,31 +21,27 @@ namespace obscura::emulator {
 
 class Daemon;
 
-/// Parameters of "events", as a verb of the monitor and as a call.
+/// Fields of the call `events`.
 struct EventRange {
     std::uint64_t after = 0, most = LogHistory::lines;
 
     [[nodiscard]] config::Keys keys();
 };
-/// Members of the answers to "state" and "events", likewise.
+/// Members of the answers to `state` and `events`.
 [[nodiscard]] std::vector<service::Result> state_results();
 [[nodiscard]] std::vector<service::Result> events_results();
 
-/// Answers the verbs "state", "events" and those of frame_verbs() on the socket of [monitor]. It has no
-/// thread: the main thread, which is an ordinary one and owns the daemon, calls tick() several times a
-/// second, so that an answer takes a tick at most, and reads counters that real-time threads write without
-/// locks. Thread-bound.
+/// Makes the answers to the calls `state` and `events`. It has no thread: the main thread, which is an
+/// ordinary one and owns the daemon, calls tick() several times a second, and state() when a call has asked
+/// for it; it reads counters that real-time threads write without locks. Thread-bound.
 class Monitor {
 public:
     /// `daemon` must outlive the monitor. `version` of the program. Opens nothing.
     Monitor(Daemon& daemon, std::string version);
 
-    /// Opens the socket. Throws HardwareError if the configuration names a path that cannot be opened; the
-    /// automatic one is done without, with a warning.
-    void start();
     /// Path or address where programs call the daemon, for the answer to "state".
     void set_control(std::string address) { control_ = std::move(address); }
-    /// Takes a snapshot of the counters each second, and answers what has been asked.
+    /// Takes a snapshot of the counters each second.
     void tick();
 
     /// The answer to "state": see docs/control.md. Made once between two calls of tick(), however many ask;
@@ -69,8 +64,6 @@ private:
     std::vector<std::string> advice_; ///< see isolation_advice(); of the first tick()
     bool advised_ = false;
     std::shared_ptr<const nlohmann::ordered_json> state_; ///< since the last tick(); null: not made yet
-    std::vector<MonitorVerb> verbs_;
-    std::optional<MonitorSocket> socket_;
 };
 
 } // namespace obscura::emulator

@@ -26,7 +26,7 @@ LinkError not_found(const std::string& why) {
 std::string find_calls(const std::string& socket) {
     try {
         const nlohmann::ordered_json state =
-            host::connect_to_daemon("obscura-instrument", socket).ask({{"verb", "state"}});
+            host::connect_to_daemon("obscura-instrument", socket).call("state").head;
         const auto& daemon = state.at("daemon");
         if (auto address = daemon.at("control").get<std::string>(); !address.empty()) return address;
         throw not_found(fmt::format("the daemon takes no calls: set control.unix_socket in {}",

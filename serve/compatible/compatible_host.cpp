@@ -50,14 +50,15 @@ service::ListeningEndpoint make_compatible_endpoint(service::Listener listener,
                                                     service::compatible::Host& host,
                                                     const service::compatible::CompatibleLimits& limits,
                                                     service::MemoryAccount& memory, std::size_t clients) {
-    return {std::move(listener),
-            [&host, &memory, limits](FileDescriptor socket, std::function<void()> wake) {
-                return std::make_unique<service::compatible::Connection>(std::move(socket), limits, host,
-                                                                         memory, std::move(wake));
-            },
-            service::compatible::line_packet(
-                fmt::format("[error] {} clients are connected already, allowed {}", clients, clients))
-                .start};
+    return {
+        std::move(listener),
+        [&host, &memory, limits](FileDescriptor socket, std::function<void()> wake) {
+            return std::make_unique<service::compatible::Connection>(std::move(socket), limits, host, memory,
+                                                                     std::move(wake));
+        },
+        {.refusal = service::compatible::line_packet(
+                        fmt::format("[error] {} clients are connected already, allowed {}", clients, clients))
+                        .start}};
 }
 
 } // namespace obscura::serve::compatible

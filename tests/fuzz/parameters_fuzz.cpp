@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer target: parameters of requests, by the tables that say what is allowed: those of the monitor's
-// verbs, of the calls to a camera, of the web server's queries and bodies. Whatever they hold, they are read
-// within their ranges or refused in one line.
+// libFuzzer target: parameters of requests, by the tables that say what is allowed: those of the calls to a
+// camera, of the web server's queries and bodies. Whatever they hold, they are read within their ranges or
+// refused in one line.
 //
 // Input: a byte that chooses the parser, one that chooses the row of its table, then the text.
 #include "emulator/control/camera_calls.hpp"
@@ -12,11 +12,10 @@
 #include "emulator/control/frame_call.hpp"
 #include "emulator/control/pixel_probes.hpp"
 #include "emulator/control/probe_call.hpp"
+#include "emulator/control/ring_calls.hpp"
 #include "emulator/control/scene_call.hpp"
 #include "emulator/control/timing_call.hpp"
 #include "emulator/control/truth_call.hpp"
-#include "emulator/monitor/frame_verbs.hpp"
-#include "host/monitor_connection.hpp"
 #include "service/failure.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 #include "web/api/fields.hpp"
@@ -40,30 +39,6 @@ using test::require;
 
 namespace {
 
-struct Range {
-    std::uint64_t after = 0, most = 5;
-
-    config::Keys keys() {
-        return {config::key("after", &after).range(0, 9), config::key("most", &most).range(1, 5)};
-    }
-};
-
-void monitor_request(std::string_view text) {
-    using namespace emulator;
-    static const std::vector<MonitorVerb> verbs = [] {
-        std::vector<MonitorVerb> rows = frame_verbs({nullptr});
-        rows.push_back(monitor_verb<Range>("events", "", {}, [](const Range& range) {
-            require(range.after <= 9 && range.most >= 1 && range.most <= 5);
-            return MonitorAnswer("{}");
-        }));
-        return rows;
-    }();
-    const MonitorAnswer answer = answer_request(verbs, text);
-    require(answer.text.size() <= host::monitor_answer_bytes && answer.descriptors.empty());
-    require(answer.text.find('\n') == std::string::npos);
-    require(ordered_json::parse(answer.text).is_object());
-}
-
 /// The rows of a daemon without cameras.
 const service::Calls& calls() {
     using namespace emulator;
@@ -80,9 +55,10 @@ const service::Calls& calls() {
         all.push_back(timing_call(cameras));
         all.push_back(truth_call(cameras));
         all.push_back(probe_call(cameras, probes, nullptr));
-        for (const service::Calls& more : {device_calls(cameras), daemon_calls(cameras, requests, nullptr),
-                                           scene_calls(requests, std::filesystem::path(), nullptr),
-                                           configuration_calls(requests, nullptr)})
+        for (const service::Calls& more :
+             {ring_calls({nullptr}, nullptr), device_calls(cameras), daemon_calls(cameras, requests, nullptr),
+              scene_calls(requests, std::filesystem::path(), nullptr),
+              configuration_calls(requests, nullptr)})
             all.insert(all.end(), more.begin(), more.end());
         return all;
     }();
@@ -157,8 +133,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string_view text(reinterpret_cast<const char*>(data + 2), size - 2);
     switch (data[0] % 4) {
     case 0:
-        monitor_request(text);
-        break;
     case 1:
         camera_call(data[1], text);
         break;

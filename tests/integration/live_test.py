@@ -482,7 +482,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-live-") as temporary:
     check("a daemon without frames is found", wait_for(lambda: server.state()["daemons"]))
     viewer = server.viewer()
     viewer.view(f"{daemon.pid}-0")
-    check("and its viewers are told so", "no frames are kept" in viewer.text("gone"))
+    check("and its viewers are told so", "keeps no frames" in viewer.text("gone"))
     check("the server ends well", server.end() == 0)
     daemon.terminate()
     daemon.wait(PATIENCE_S)

@@ -4,7 +4,7 @@
 never read, and obscura-web and readers of the frame ring are stopped and killed. Counts frames and rows, and measures no time.
 
 Usage: viewers_test.py OBSCURAD OBSCURA-WEB SOURCE-DIRECTORY
-Exit status 1 if a check failed.
+Exit status 1 if a check failed, 77 without numpy.
 """
 import atexit
 import contextlib
@@ -20,7 +20,7 @@ import time
 
 SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
 sys.path.insert(0, str(SUPPORT))
-from ring_reader import RingReader  # noqa: E402
+from ring_reader import RingReader, obscura_client  # noqa: E402
 from simulator_client import Simulator  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 from web_server import Web  # noqa: E402
@@ -108,10 +108,8 @@ listen = "127.0.0.1:{port}"
         return sum(answer.late_rows for answer in self.answers)
 
     def state(self):
-        with contextlib.closing(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)) as monitor:
-            monitor.connect(self.camera.socket)
-            monitor.send(b'{"verb": "state"}')
-            return json.loads(monitor.recv(1 << 16))["cameras"][0]
+        with obscura_client.connect_camera(self.camera.socket) as monitor:
+            return monitor.state()["cameras"][0]
 
 
 class Watched:

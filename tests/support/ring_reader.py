@@ -1,20 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """A reader of a daemon's frame ring, in Python: see "The frame ring" of docs/control.md.
 
-    ring = RingReader("/run/obscura/obscurad-1.socket")
+    ring = RingReader("/run/obscura/obscurad-1.socket")       # monitor.socket or control.unix_socket
     ring.watch()                # frames are copied for the next 2 s
     serial, header, pixels = ring.newest()
 
 By itself (ring_reader.py SOCKET) it reads until it is ended, and prints the serial numbers of the frames that it has read.
 """
 import array
-import json
 import mmap
 import os
+import pathlib
 import select
-import socket
 import struct
 import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "clients" / "python"))
+try:
+    import obscura_client  # noqa: E402
+except ImportError:
+    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
+    sys.exit(77)
 
 HEAD = struct.Struct("=8sIIQQQQ")  # magic, version, slots, slots_at, slot_bytes, pixels_at, most_pixels; then newest
 HEADER = struct.Struct("=QQQqqqdIIIIIIii")
@@ -22,30 +28,21 @@ NAMES = "number frame trigger edge_tai_ns mid_exposure_tai_ns exposure_ns gain_d
 
 
 class RingReader:
-    """Thread-bound. Raises OSError, and RuntimeError with the daemon's words."""
+    """Thread-bound. Raises what obscura_client raises, and RuntimeError for memory that is no ring."""
 
     def __init__(self, path, camera=0):
+        self.daemon = obscura_client.connect_camera(str(path), camera=camera)
         self.camera = camera
-        self.monitor = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self.monitor.connect(path)
-        _, descriptors = self._ask("ring")
-        memory, self.news = descriptors
+        self.daemon.call("ring", camera=camera)
+        memory, self.news = self.daemon.take_descriptors()
         self.memory = mmap.mmap(memory, 0, mmap.MAP_SHARED, mmap.PROT_READ)
         os.close(memory)
         magic, version, self.slots, self.slots_at, self.slot_bytes, self.pixels_at, _ = HEAD.unpack_from(self.memory)
         if (magic, version) != (b"OBSCRING", 1):
             raise RuntimeError(f"no frame ring: {magic} {version}")
 
-    def _ask(self, verb, **fields):
-        self.monitor.send(json.dumps({"verb": verb, "camera": self.camera, **fields}).encode())
-        answer, descriptors, _, _ = socket.recv_fds(self.monitor, 65536, 2)
-        told = json.loads(answer)
-        if "error" in told:
-            raise RuntimeError(told["error"])
-        return told, descriptors
-
     def watch(self, period_us=0):
-        self._ask("watch", period_us=period_us)
+        self.daemon.call("watch", camera=self.camera, period_us=period_us)
 
     def wait(self, patience_s):
         """Until a frame comes; false: none came."""
@@ -67,7 +64,7 @@ class RingReader:
     def close(self):
         self.memory.close()
         os.close(self.news)
-        self.monitor.close()
+        self.daemon.close()
 
 
 def main(path):

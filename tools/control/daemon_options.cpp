@@ -25,7 +25,7 @@ void DaemonOptions::declare(host::CommandLine& line, Has has) {
 std::string DaemonOptions::control_address(std::string_view verb) const {
     if (!control_.empty()) return control_;
     const host::CallJson state =
-        host::connect_to_daemon(fmt::format("obscura {}", verb), socket_).ask({{"verb", "state"}});
+        host::connect_to_daemon(fmt::format("obscura {}", verb), socket_).call("state").head;
     const host::CallJson daemon = state.value("daemon", host::CallJson::object());
     const std::string address = daemon.value("control", std::string());
     if (address.empty())

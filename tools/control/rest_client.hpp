@@ -28,7 +28,7 @@ public:
     [[nodiscard]] HttpAnswer get_bytes(const std::string& path);
     [[nodiscard]] host::CallJson parsed(const HttpAnswer& answer) const;
 
-    /// What the daemons behind the server do, as the verb `state` of their monitors tells it; one at least.
+    /// What the daemons behind the server do, as their call `state` tells it; one at least.
     [[nodiscard]] std::vector<host::CallJson> states();
     /// Lines of their logs with numbers above `after`, oldest first.
     [[nodiscard]] std::vector<host::CallJson> events(std::uint64_t after);

@@ -8,7 +8,7 @@
 
 namespace obscura::tools {
 
-/// The answer to the monitor verb "state" as some lines for each camera. Numbers that are missing, as from
+/// The answer to the call `state` as some lines for each camera. Numbers that are missing, as from
 /// another version of the daemon, are shown as "-".
 [[nodiscard]] std::string status_text(const nlohmann::ordered_json& state);
 

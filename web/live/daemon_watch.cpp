@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <optional>
 #include <random>
 #include <utility>
 
@@ -115,20 +114,18 @@ void DaemonWatch::find_daemons() {
             const bool known = daemons_.contains(path) || daemons_.size() >= max_daemons || stop_;
             lock.unlock();
             if (known) continue;
+            if (const std::string refused = host::refusal_of_socket(path); !refused.empty()) {
+                // Left over, or of another group.
+                error = fmt::format("no daemon answers at {}: {}", path, refused);
+                continue;
+            }
+            const std::lock_guard adding(mutex_);
+            const auto daemon = daemons_.try_emplace(path).first;
             try {
-                host::MonitorClient client(path, false);
-                const std::lock_guard adding(mutex_);
-                const auto daemon = daemons_.try_emplace(path).first;
-                try {
-                    daemon->second.thread = std::thread(
-                        [this, path, first = std::move(client)]() mutable { watch(path, std::move(first)); });
-                } catch (...) {
-                    daemons_.erase(daemon);
-                    throw;
-                }
-            } catch (const std::exception& refused) { // left over, or of another group
-                error = socket_.empty() ? fmt::format("no daemon answers: {}", refused.what())
-                                        : std::string(refused.what());
+                daemon->second.thread = std::thread([this, path] { watch(path); });
+            } catch (const std::exception& refused) { // no thread is left
+                daemons_.erase(daemon);
+                error = refused.what();
             }
         }
         if (paths.empty()) error = host::no_daemon_here;
@@ -143,19 +140,17 @@ void DaemonWatch::find_daemons() {
         daemon.thread.join();
 }
 
-void DaemonWatch::watch(const std::string& path, host::MonitorClient first) {
-    std::optional<host::MonitorClient> daemon(std::move(first));
+void DaemonWatch::watch(const std::string& path) {
     std::uint64_t answered = 0;
     while (true) {
         std::string error;
         try {
-            if (!daemon) daemon.emplace(path);
-            look(path, *daemon);
+            host::MonitorClient daemon(path); // its place is free for others until the next look
+            look(path, daemon);
         } catch (const std::exception& refused) { // has gone meanwhile, or is another version
             error = refused.what();
         }
-        const bool gone = !daemon;
-        daemon.reset();
+        const bool gone = !error.empty() && !host::refusal_of_socket(path).empty();
         if (!error.empty()) {
             const std::lock_guard lock(mutex_);
             Watched& own = daemons_.at(path);
@@ -171,15 +166,15 @@ void DaemonWatch::watch(const std::string& path, host::MonitorClient first) {
     }
 }
 
-void DaemonWatch::look(const std::string& path, const host::MonitorClient& daemon) {
-    Json state = daemon.ask({{"verb", "state"}});
+void DaemonWatch::look(const std::string& path, host::MonitorClient& daemon) {
+    Json state = daemon.call("state").head;
     const DaemonRun run = run_of(state);
     std::uint64_t after = 0;
     {
         const std::lock_guard lock(mutex_);
         if (const auto seen = seen_.find(run); seen != seen_.end()) after = seen->second;
     }
-    Json answer = daemon.ask({{"verb", "events"}, {"after", after}});
+    Json answer = daemon.call("events", {{"after", after}}).head;
     for (std::size_t k = 0; k < state.at("cameras").size(); ++k)
         state["cameras"][k]["id"] = fmt::format("{}-{}", run.pid, k);
     {

@@ -53,7 +53,7 @@ class DaemonVisitor {
 public:
     virtual ~DaemonVisitor() = default;
     /// Called with each daemon that has told its state.
-    virtual void visit(const host::MonitorClient& daemon, const DaemonRun& run) = 0;
+    virtual void visit(host::MonitorClient& daemon, const DaemonRun& run) = 0;
     /// Called again and again with those that answer.
     virtual void visited(std::span<const std::int64_t> pids) = 0;
 };
@@ -97,8 +97,8 @@ private:
     };
 
     void find_daemons();
-    void watch(const std::string& path, host::MonitorClient first);
-    void look(const std::string& path, const host::MonitorClient& daemon);
+    void watch(const std::string& path);
+    void look(const std::string& path, host::MonitorClient& daemon);
     /// Until the next look; `answered` counts calls of look_soon() before the last one.
     void rest(std::uint64_t& answered);
     [[nodiscard]] std::vector<std::string> sockets() const;

@@ -66,7 +66,7 @@ public:
     /// look.
     void when_wanted(std::function<void()> look);
 
-    void visit(const host::MonitorClient& daemon, const DaemonRun& run) override;
+    void visit(host::MonitorClient& daemon, const DaemonRun& run) override;
     void visited(std::span<const std::int64_t> pids) override;
 
 private:

@@ -35,7 +35,7 @@ void LivePictures::begin_anew(std::int64_t pid) {
     shares_changed_ = true;
 }
 
-void LivePictures::visit(const host::MonitorClient& daemon, const DaemonRun& run) {
+void LivePictures::visit(host::MonitorClient& daemon, const DaemonRun& run) {
     const std::int64_t pid = run.pid;
     struct Wanted {
         CameraId id;
@@ -60,18 +60,18 @@ void LivePictures::visit(const host::MonitorClient& daemon, const DaemonRun& run
     for (const Wanted& one : wanted) {
         try {
             std::unique_ptr<const FrameRingReader> ring;
-            std::vector<FileDescriptor> descriptors;
+            FileDescriptor news;
             if (!one.has_ring) {
-                const nlohmann::ordered_json request{
-                    {"verb", "ring"}, {"camera", one.id.number}, {"pid", pid}};
-                (void)daemon.ask(request, &descriptors);
-                if (descriptors.size() != 2) throw InputError("the daemon hands over no frames");
-                ring = std::make_unique<const FrameRingReader>(descriptors[0]);
+                auto handed = daemon.call("ring", {{"camera", one.id.number}, {"pid", pid}});
+                const FileDescriptor memory = handed.take_file(0);
+                news = handed.take_file(1);
+                if (!memory || !news) throw InputError("the daemon hands over no frames");
+                ring = std::make_unique<const FrameRingReader>(memory);
             }
             {
                 const std::lock_guard lock(mutex_);
                 Camera& camera = *one.camera;
-                if (ring) camera.ring = std::move(ring), camera.news = std::move(descriptors[1]);
+                if (ring) camera.ring = std::move(ring), camera.news = std::move(news);
                 const auto now = Clock::now();
                 if (!camera.asked || now - *camera.asked > frames_watched)
                     camera.oldest = camera.ring->newest();
@@ -79,8 +79,9 @@ void LivePictures::visit(const host::MonitorClient& daemon, const DaemonRun& run
             }
             // Twice as often as pictures are wanted: frames do not come at the times when these are due.
             const auto period_us = static_cast<std::uint64_t>(0.5e6 / one.hz);
-            const nlohmann::ordered_json told = daemon.ask(
-                {{"verb", "watch"}, {"camera", one.id.number}, {"pid", pid}, {"period_us", period_us}});
+            const nlohmann::ordered_json told =
+                daemon.call("watch", {{"camera", one.id.number}, {"pid", pid}, {"period_us", period_us}})
+                    .head;
             const std::lock_guard lock(mutex_);
             one.camera->tai_offset_ns = told.value("tai_offset_ns", std::int64_t{0});
         } catch (const Error& error) {

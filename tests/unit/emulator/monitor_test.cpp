@@ -1,39 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Monitor: the table of verbs, its socket, counters of the last minute, threads of the process.
+// Monitor: paths of its socket, counters of the last minute, threads of the process.
 #include "core/realtime/log.hpp"
 #include "core/realtime/log_history.hpp"
 #include "emulator/monitor/beat_times.hpp"
 #include "emulator/monitor/isolation_advice.hpp"
-#include "emulator/monitor/monitor_socket.hpp"
-#include "emulator/monitor/monitor_verbs.hpp"
 #include "emulator/monitor/own_threads.hpp"
 #include "emulator/monitor/recent_frames.hpp"
-#include "host/monitor_connection.hpp"
+#include "host/monitor_client.hpp"
 #include "host/monitor_paths.hpp"
+#include "service/listener.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/eventfd.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <memory>
-#include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace monitor_test {
@@ -41,319 +29,6 @@ namespace monitor_test {
 using namespace obscura;
 using namespace obscura::emulator;
 using Json = nlohmann::json;
-
-namespace {
-
-struct Two {
-    std::uint64_t a = 3, b = 1;
-
-    config::Keys keys() {
-        return {config::key("a", &a).range(0, 10).help("One"),
-                config::key("b", &b).unit("us").range(1, 5).help("Another")};
-    }
-};
-
-const std::vector<MonitorVerb> verbs{
-    monitor_verb<NoParameters>("plain", "No parameters", {},
-                               [](const NoParameters&) { return std::string(R"({"ok":1})"); }),
-    monitor_verb<Two>("sum", "Two numbers", {{"sum", "integer", "us", "Both together"}},
-                      [](const Two& v) { return fmt::format(R"({{"sum":{}}})", v.a + v.b); }),
-    monitor_verb<NoParameters>(
-        "large", "Too much", {},
-        [](const NoParameters&) { return std::string(host::monitor_answer_bytes + 1, 'x'); }),
-    monitor_verb<NoParameters>("thrower", "Fails", {},
-                               [](const NoParameters&) -> MonitorAnswer { throw std::runtime_error("why"); }),
-};
-
-std::string error_of(std::string_view request) {
-    return Json::parse(answer_request(verbs, request).text).value("error", "");
-}
-
-std::string ask(const FileDescriptor& client, MonitorSocket& server, const std::string& request) {
-    if (::send(client.get(), request.data(), request.size(), MSG_NOSIGNAL) < 0) return "not sent";
-    server.serve({});
-    std::string answer(host::monitor_answer_bytes, '\0');
-    const ssize_t bytes = ::recv(client.get(), answer.data(), answer.size(), MSG_DONTWAIT);
-    answer.resize(bytes > 0 ? static_cast<std::size_t>(bytes) : 0);
-    return answer;
-}
-
-std::string echo(std::string_view request) {
-    return fmt::format("{} bytes", request.size());
-}
-
-} // namespace
-
-TEST_CASE("a verb gets its parameters, or their defaults", "[emulator]") {
-    CHECK(answer_request(verbs, R"({"verb":"plain"})").text == R"({"ok":1})");
-    CHECK(answer_request(verbs, R"({"verb":"sum"})").text == R"({"sum":4})");
-    CHECK(answer_request(verbs, R"({"b":5,"verb":"sum","a":10})").text == R"({"sum":15})");
-}
-
-TEST_CASE("a request that is not understood is answered with what is allowed", "[emulator]") {
-    for (const char* text : {"", "x", "[]", "3", R"({"verb":3})", R"({"verb":)", "\xff\xfe", "{}"})
-        CHECK(error_of(text) == R"(a request is a JSON object like {"verb": "state"})");
-    CHECK(error_of(R"({"verb":"other"})") ==
-          "no such verb, allowed are describe, plain, sum, large, thrower");
-    CHECK(error_of(R"({"verb":"sum","colour":1})") == "sum: colour: unknown key, allowed a, b");
-    CHECK(error_of(R"({"verb":"plain","c":1})") == "plain: c: unknown key, allowed none");
-    for (const char* b : {"0", "6", "-1", "1.5", "\"1\"", "[1]", "{\"a\":[1]}", "99999999999999999999999"})
-        CHECK_THAT(error_of(fmt::format(R"({{"verb":"sum","b":{}}})", b)),
-                   Catch::Matchers::StartsWith("sum: b: ") && Catch::Matchers::EndsWith("1 to 5 us"));
-    CHECK(error_of(R"({"verb":"sum","b":null})") == "b: nil is no value here");
-    CHECK(error_of(R"({"verb":"sum","b":1e400})").starts_with("a request is"));
-    // As deep as a request can be.
-    CHECK(error_of(R"({"verb":"sum","b":)" + std::string(2000, '[') + std::string(2000, ']') + "}")
-              .starts_with("sum: b: is an array"));
-    CHECK(error_of(std::string(host::monitor_request_bytes + 1, ' ')) == "a request has at most 4096 bytes");
-    CHECK(error_of(std::string(host::monitor_request_bytes, '[')).starts_with("a request is"));
-    CHECK(error_of(R"({"verb":"large"})") == "large: the answer has more than 196608 bytes");
-    CHECK(error_of(R"({"verb":"thrower"})") == "why");
-    CHECK(error_of("{\"verb\":\"sum\",\"\\u0000\\ud83d\":1}").starts_with("a request is"));
-}
-
-TEST_CASE("the table of verbs describes itself", "[emulator]") {
-    const Json table = Json::parse(answer_request(verbs, R"({"verb":"describe"})").text);
-    REQUIRE(table["verbs"].size() == verbs.size());
-    CHECK(table["verbs"][1]["name"] == "sum");
-    CHECK(table["verbs"][1]["permission"] == "view");
-    CHECK(table["verbs"][1]["fields"][1] == Json::parse(R"({"name":"b","type":"integer","unit":"us",
-        "allowed":"1 to 5 us","default":"1","help":"Another"})"));
-    CHECK(table["verbs"][1]["results"] == Json::parse(R"([{"name":"sum","type":"integer","unit":"us",
-        "help":"Both together"}])"));
-}
-
-TEST_CASE("the monitor socket answers several clients and outlives rude ones", "[emulator]") {
-    const test::TempFolder folder;
-    const auto path = folder.path() / "deep" / "one.socket";
-    MonitorSocket server(path, echo);
-    server.start();
-    const FileDescriptor first = host::connect_to_monitor(path);
-    REQUIRE(first);
-    CHECK(ask(first, server, "abc") == "3 bytes");
-    // A longer packet is cut, and its length shows that.
-    CHECK(ask(first, server, std::string(9000, 'x')) ==
-          fmt::format("{} bytes", host::monitor_request_bytes + 1));
-    {
-        const FileDescriptor second = host::connect_to_monitor(path);
-        CHECK(ask(second, server, "abcd") == "4 bytes");
-        CHECK(server.clients() == 2);
-    }
-    server.serve({});
-    CHECK(server.clients() == 1);
-
-    // Connections beyond the limit wait until there is room.
-    std::vector<FileDescriptor> many;
-    for (std::size_t i = 0; i < MonitorSocket::max_clients; ++i)
-        many.push_back(host::connect_to_monitor(path));
-    server.serve({});
-    CHECK(server.clients() == MonitorSocket::max_clients);
-    many.erase(many.begin());
-    server.serve({});
-    server.serve({});
-    CHECK(server.clients() == MonitorSocket::max_clients);
-    CHECK(ask(many.back(), server, "abcde") == "5 bytes");
-}
-
-TEST_CASE("descriptors come with an answer to those who take them", "[emulator]") {
-    const test::TempFolder folder;
-    const FileDescriptor one(::eventfd(7, EFD_CLOEXEC)), two(::eventfd(9, EFD_CLOEXEC));
-    MonitorSocket server(folder.path() / "one.socket", [&](std::string_view) {
-        return MonitorAnswer("{}", {one.get(), two.get()});
-    });
-    server.start();
-    const FileDescriptor client = host::connect_to_monitor(server.path());
-    const auto receive = [&](std::vector<FileDescriptor>* descriptors) {
-        REQUIRE(::send(client.get(), "{}", 2, MSG_NOSIGNAL) == 2);
-        server.serve({});
-        std::vector<char> text(host::monitor_answer_bytes);
-        const ssize_t bytes = host::receive_answer(client.get(), text, descriptors);
-        return std::string(text.data(), static_cast<std::size_t>(std::max<ssize_t>(0, bytes)));
-    };
-    const auto open_files = [] {
-        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
-    };
-    const auto before = open_files();
-    CHECK(receive(nullptr) == "{}");
-    CHECK(open_files() == before + 1); // the server's end of the connection
-    std::vector<FileDescriptor> taken;
-    CHECK(receive(&taken) == "{}");
-    REQUIRE(taken.size() == 2);
-    std::uint64_t value = 0;
-    CHECK(::read(taken[1].get(), &value, sizeof value) == sizeof value);
-    CHECK(value == 9);
-    CHECK((::fcntl(taken[0].get(), F_GETFD) & FD_CLOEXEC) != 0);
-}
-
-TEST_CASE("a client that is stopped while it waits for its answer gets it", "[emulator]") {
-    const test::TempFolder folder;
-    MonitorSocket server(folder.path() / "one.socket", echo);
-    server.start();
-    const FileDescriptor client = host::connect_to_monitor(server.path());
-    REQUIRE(client);
-    const pid_t child = ::fork();
-    if (child == 0) {
-        std::array<char, 64> text{};
-        const bool whole = host::send_request(client.get(), "abc") &&
-                           host::receive_answer(client.get(), text, nullptr) == 7 &&
-                           std::string_view(text.data(), 7) == "3 bytes";
-        ::_exit(whole ? 0 : 1);
-    }
-    REQUIRE(child > 0);
-    // The one sleep of the child is that in receive_answer().
-    const auto state = [child] {
-        std::ifstream file(fmt::format("/proc/{}/stat", child));
-        const std::string text(std::istreambuf_iterator<char>(file), {});
-        const std::size_t at = text.rfind(") ");
-        return at == std::string::npos ? 'X' : text[at + 2];
-    };
-    while (state() == 'R' || state() == 'D')
-        ::usleep(1000);
-    CHECK(state() == 'S');
-    REQUIRE(::kill(child, SIGSTOP) == 0);
-    int status = 0;
-    REQUIRE(::waitpid(child, &status, WUNTRACED) == child);
-    REQUIRE(WIFSTOPPED(status));
-    REQUIRE(::kill(child, SIGCONT) == 0);
-    while (state() == 'R' || state() == 'T')
-        ::usleep(1000);
-    server.serve({});
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    CHECK(WIFEXITED(status));
-    CHECK(WEXITSTATUS(status) == 0);
-}
-
-TEST_CASE("the largest answer is one packet", "[emulator]") {
-    const test::TempFolder folder;
-    MonitorSocket server(folder.path() / "one.socket",
-                         [](std::string_view) { return std::string(host::monitor_answer_bytes, 'x'); });
-    server.start();
-    const FileDescriptor client = host::connect_to_monitor(server.path());
-    for (int i = 0; i < 3; ++i)
-        REQUIRE(ask(client, server, "{}") == std::string(host::monitor_answer_bytes, 'x'));
-}
-
-TEST_CASE("a client of the monitor that does not read is disconnected", "[emulator]") {
-    const test::TempFolder folder;
-    MonitorSocket server(folder.path() / "one.socket",
-                         [](std::string_view) { return std::string(host::monitor_answer_bytes, 'x'); });
-    server.start();
-    const FileDescriptor client = host::connect_to_monitor(server.path());
-    for (int i = 0; i < 1000 && (i == 0 || server.clients() == 1); ++i) {
-        [[maybe_unused]] const ssize_t sent = ::send(client.get(), "{}", 2, MSG_NOSIGNAL | MSG_DONTWAIT);
-        server.serve({});
-    }
-    CHECK(server.clients() == 0);
-}
-
-TEST_CASE("clients of the monitor that ask nothing make room for others", "[emulator]") {
-    const test::TempFolder folder;
-    MonitorSocket server(folder.path() / "one.socket", echo);
-    server.start();
-    // Each a second later than the one before; the first one asks again at last.
-    std::vector<FileDescriptor> clients;
-    Time now;
-    for (std::size_t i = 0; i < MonitorSocket::max_clients; ++i, now += ns_per_s) {
-        clients.push_back(host::connect_to_monitor(server.path()));
-        REQUIRE(clients.back());
-        server.serve(now);
-    }
-    const auto asked = [&](std::size_t client) {
-        const std::string request = "abc";
-        if (::send(clients[client].get(), request.data(), request.size(), MSG_NOSIGNAL) < 0) return false;
-        server.serve(now);
-        char answer[16];
-        return ::recv(clients[client].get(), answer, sizeof answer, MSG_DONTWAIT) > 0;
-    };
-    CHECK(asked(0));
-    server.serve(now + 3600 * ns_per_s); // none waits: all of them may stay
-    CHECK(server.clients() == MonitorSocket::max_clients);
-    clients.push_back(host::connect_to_monitor(server.path()));
-    CHECK(asked(8));
-    CHECK_FALSE(asked(1)); // the one that has been idle for the longest time
-    for (const std::size_t client : {0, 2, 3, 4, 5, 6, 7, 8})
-        CHECK(asked(client));
-    // Those who have just asked are not idle: further ones wait until one goes.
-    clients.push_back(host::connect_to_monitor(server.path()));
-    CHECK_FALSE(asked(9));
-    CHECK(server.clients() == MonitorSocket::max_clients);
-    clients[5] = {};
-    CHECK(asked(9));
-}
-
-TEST_CASE("idle connections do not keep others out for long", "[emulator]") {
-    const test::TempFolder folder;
-    MonitorSocket server(folder.path() / "one.socket", echo);
-    server.start();
-    Time now;
-    const FileDescriptor watcher = host::connect_to_monitor(server.path());
-    const auto asks = [&](const FileDescriptor& client) {
-        char answer[16];
-        if (::send(client.get(), "abc", 3, MSG_NOSIGNAL) < 0) return false;
-        server.serve(now);
-        return ::recv(client.get(), answer, sizeof answer, MSG_DONTWAIT) > 0;
-    };
-    CHECK(asks(watcher));
-    // As many as are served, twice as many wait; then another one asks.
-    std::vector<FileDescriptor> crowd;
-    const auto connect = [&](std::size_t count) {
-        for (std::size_t i = 0; i < count; ++i) {
-            crowd.push_back(host::connect_to_monitor(server.path(), false));
-            REQUIRE(crowd.back());
-        }
-    };
-    connect(MonitorSocket::max_clients);
-    server.serve(now);
-    connect(MonitorSocket::max_clients);
-    CHECK(server.clients() == MonitorSocket::max_clients);
-    int looks = 0;
-    FileDescriptor last;
-    while (!last && looks < 100) { // until there is room in the queue
-        now += ns_per_s / 10;
-        ++looks;
-        server.serve(now);
-        last = host::connect_to_monitor(server.path(), false);
-    }
-    bool answered = false;
-    while (!answered && looks < 100) {
-        now += ns_per_s / 10;
-        ++looks;
-        answered = asks(last);
-    }
-    CHECK(looks <= 8);
-    CHECK(asks(watcher)); // it has asked within idle_ns, and stays
-}
-
-TEST_CASE("a left over monitor socket is replaced, a served one and other files are not", "[emulator]") {
-    const test::TempFolder folder;
-    const auto path = folder.path() / "one.socket";
-    {
-        MonitorSocket first(path, echo);
-        first.start();
-        MonitorSocket second(path, echo);
-        CHECK_THROWS_WITH(second.start(), Catch::Matchers::EndsWith("one.socket: another daemon serves it"));
-        CHECK(host::connect_to_monitor(path));
-    }
-    CHECK_FALSE(std::filesystem::exists(path));
-    {
-        // As SIGKILL leaves it.
-        const FileDescriptor gone(::socket(AF_UNIX, SOCK_SEQPACKET, 0));
-        sockaddr_un address{};
-        address.sun_family = AF_UNIX;
-        path.native().copy(address.sun_path, sizeof address.sun_path - 1);
-        REQUIRE(::bind(gone.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-    }
-    REQUIRE(std::filesystem::exists(path));
-    MonitorSocket third(path, echo);
-    third.start();
-    CHECK(host::connect_to_monitor(path));
-    third.stop();
-    std::ofstream(path) << "text";
-    CHECK_THROWS_WITH(third.start(), Catch::Matchers::EndsWith("exists, and is no socket"));
-    CHECK(std::filesystem::exists(path));
-    MonitorSocket long_path(folder.path() / std::string(120, 'x'), echo);
-    CHECK_THROWS_WITH(long_path.start(), Catch::Matchers::EndsWith("a path of at most 107 bytes is allowed"));
-}
 
 TEST_CASE("sockets of daemons that have gone are removed, no others", "[emulator]") {
     const test::TempFolder folder;
@@ -383,14 +58,17 @@ TEST_CASE("a daemon's own monitor socket is found again", "[emulator]") {
     ::unsetenv("RUNTIME_DIRECTORY");
     ::setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
     CHECK(host::own_monitor_folder() == folder.path() / "obscura");
-    MonitorSocket server(host::own_monitor_socket(), echo);
-    server.start();
+    const std::filesystem::path path = host::own_monitor_socket();
+    std::filesystem::create_directories(path.parent_path());
+    CHECK_FALSE(host::refusal_of_socket(path).empty());
+    const auto listener = service::Listener::unix_socket(path);
+    CHECK(host::refusal_of_socket(path).empty());
     CHECK(host::own_calls_socket() ==
           folder.path() / "obscura" / fmt::format("obscurad-{}.calls", ::getpid()));
     { const std::ofstream calls(host::own_calls_socket()); }
     const auto found = host::monitor_sockets();
     CHECK(std::find(found.begin(), found.end(), host::own_calls_socket()) == found.end());
-    CHECK(std::find(found.begin(), found.end(), server.path()) != found.end());
+    CHECK(std::find(found.begin(), found.end(), path) != found.end());
     ::setenv("RUNTIME_DIRECTORY", "/run/obscura-left:/run/other", 1);
     CHECK(host::own_monitor_folder() == "/run/obscura-left");
     CHECK(host::own_calls_socket() == "/run/obscura-left/calls");

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A server that has no descriptor for a client that waits.
+// Clients that a server does not take at once: it has no descriptor, or no place, for them.
 #include "core/io/file_descriptor.hpp"
 #include "service/server.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/native_client.hpp"
 #include "tests/support/service_bench.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -15,6 +16,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace accept_test {
@@ -30,7 +32,17 @@ public:
     [[nodiscard]] std::string version() const override { return "test"; }
     [[nodiscard]] std::unique_ptr<Session> open() override {
         struct NoCalls final : Session {
-            [[nodiscard]] Calls calls() override { return {}; }
+            [[nodiscard]] Calls calls() override {
+                const auto plain = [](const NoArguments&, Work& /*work*/) { return Answer{}; };
+                return {call<NoArguments>("watch", Permission::view, "", plain),
+                        call<NoArguments>("change", Permission::operate, "", plain),
+                        call<NoArguments>("wait", Permission::view, "",
+                                          [](const NoArguments&, Work& work) -> Answer {
+                                              while (!work.cancelled())
+                                                  std::this_thread::sleep_for(1ms);
+                                              throw cancelled();
+                                          })};
+            }
         };
         return std::make_unique<NoCalls>();
     }
@@ -53,7 +65,95 @@ private:
     rlimit before_{};
 };
 
+/// A server with one place for clients of `path()`, and `places` with `idle` for those that watch.
+class WatchedBench {
+public:
+    WatchedBench(std::size_t places, const IdleRules& idle) {
+        limits_.clients = 1;
+        std::vector<Listener> listeners;
+        listeners.push_back(Listener::unix_socket(server_.path()));
+        auto server = std::make_unique<Server>(limits_, host_, std::move(listeners));
+        server->add_for(Permission::view, Listener::unix_socket(watched()), {places, idle});
+        server_.start(std::move(server));
+    }
+    [[nodiscard]] std::string path() const { return server_.path(); }
+    [[nodiscard]] std::string watched() const { return server_.path() + "w"; }
+
+private:
+    Limits limits_;
+    PlainHost host_;
+    test::ServerThread server_;
+};
+
+std::string code_of(test::NativeClient& client, const std::string& call) {
+    client.request(7, {{"call", call}});
+    return client.answer().head.value("code", "");
+}
+
+/// Whether the client's connection is served still.
+bool is_there(test::NativeClient& client) {
+    client.request(7, {{"call", "watch"}});
+    return client.next().has_value();
+}
+
 } // namespace
+
+TEST_CASE("clients that watch may do no more, whoever they are", "[service]") {
+    const WatchedBench bench(2, {});
+    test::NativeClient watching(bench.watched()), owner(bench.path());
+    CHECK(code_of(watching, "watch").empty());
+    CHECK(code_of(watching, "change") == "forbidden");
+    CHECK(code_of(owner, "change").empty());
+    watching.request(3, {{"call", "memory.open"}});
+    CHECK(watching.answer().frame.kind == MessageKind::answer);
+}
+
+TEST_CASE("clients that watch have places of their own", "[service]") {
+    const WatchedBench bench(2, {});
+    const test::NativeClient owner(bench.path());
+    test::NativeClient further(bench.path(), false); // beyond the limit: the server says so and hangs up
+    CHECK(further.answer().head["code"] == "busy");
+    test::NativeClient watching(bench.watched());
+    watching.request(1, {{"call", "wait"}});
+    test::NativeClient beside(bench.watched());
+    CHECK(code_of(beside, "watch").empty());
+}
+
+TEST_CASE("a client that watches waits for a place until another one is idle", "[service]") {
+    const WatchedBench bench(2, {.idle = 400ms});
+    test::NativeClient first(bench.watched()), second(bench.watched());
+    const auto begin = std::chrono::steady_clock::now();
+    first.request(1, {{"call", "wait"}}); // a call in progress is not idleness
+    std::this_thread::sleep_for(200ms);
+    CHECK(is_there(second));
+    test::NativeClient third(bench.watched()); // waits for the answer to its hello
+    CHECK(std::chrono::steady_clock::now() - begin >= 600ms);
+    CHECK(is_there(third));
+    CHECK_FALSE(is_there(second));
+    first.request(2, {{"call", "status"}});
+    CHECK(first.answer().head["call"] == "wait");
+}
+
+TEST_CASE("idle clients stay while no other one waits", "[service]") {
+    const WatchedBench bench(2, {.idle = 1ms, .mute = 1ms});
+    test::NativeClient first(bench.watched()), second(bench.watched());
+    std::this_thread::sleep_for(500ms);
+    CHECK(is_there(first));
+    CHECK(is_there(second));
+}
+
+TEST_CASE("connections that ask nothing do not keep others out for long", "[service]") {
+    const WatchedBench bench(2, {.idle = 1h, .mute = 20ms});
+    test::NativeClient watching(bench.watched());
+    std::vector<FileDescriptor> crowd;
+    for (int i = 0; i < 8; ++i)
+        crowd.push_back(test::connect_to(bench.watched()));
+    const auto begin = std::chrono::steady_clock::now();
+    test::NativeClient last(bench.watched());
+    CHECK(is_there(last));
+    CHECK(std::chrono::steady_clock::now() - begin < 10s); // 8 of 20 ms, seen every 200 ms
+    CHECK(is_there(watching));
+}
 
 TEST_CASE("a server rests while it has no descriptor for a client, which it serves later", "[service]") {
     const test::TempFolder folder;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Watch over daemons that restart, fail for a while or speak another version, and what routes make of them.
-#include "core/clock.hpp"
-#include "emulator/monitor/monitor_socket.hpp"
-#include "host/monitor_connection.hpp"
+#include "service/failure.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/fake_daemon.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "web/api/routes.hpp"
 #include "web/live/daemon_watch.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <atomic>
@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -31,56 +32,56 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-/// A monitor socket whose answers the test chooses.
-class FakeDaemon {
-public:
-    explicit FakeDaemon(const std::filesystem::path& path)
-        : socket_(path, [this](std::string_view request) { return answer(request); }) {
-        socket_.start();
-        thread_ = std::thread([this] {
-            while (!stop_) {
-                socket_.serve(MonotonicClock().now());
-                std::this_thread::sleep_for(1ms);
-            }
-        });
-    }
-    ~FakeDaemon() {
-        stop_ = true;
-        thread_.join();
-    }
-    FakeDaemon(const FakeDaemon&) = delete;
-    FakeDaemon& operator=(const FakeDaemon&) = delete;
+struct EventsAfter {
+    std::uint64_t after = 0;
 
-    /// An empty line is one that is not kept any more.
+    service::Fields fields() { return {{config::key("after", &after)}}; }
+};
+
+/// A daemon whose answers the test chooses.
+class ToldDaemon {
+public:
+    explicit ToldDaemon(const std::filesystem::path& path) : daemon_(path, [this] { return calls(); }) {}
+
+    /// An empty line is one that is not kept any more. A state with `error` is refused with that.
     void set(Json state, std::vector<std::string> lines) {
         const std::lock_guard lock(mutex_);
         state_ = std::move(state);
         lines_ = std::move(lines);
     }
     [[nodiscard]] int states() const { return states_; }
-    [[nodiscard]] const std::filesystem::path& path() const { return socket_.path(); }
+    [[nodiscard]] const std::filesystem::path& path() const { return daemon_.path(); }
 
 private:
-    std::string answer(std::string_view text) {
+    service::Calls calls() {
+        using service::Answer, service::Permission, service::Work;
+        return {service::call<service::NoArguments>(
+                    "state", Permission::view, "",
+                    [this](const service::NoArguments&, Work& /*work*/) { return state(); }),
+                service::call<EventsAfter>(
+                    "events", Permission::view, "",
+                    [this](const EventsAfter& asked, Work& /*work*/) { return events(asked.after); })};
+    }
+    service::Answer state() {
         const std::lock_guard lock(mutex_);
-        const Json request = Json::parse(text);
-        if (request["verb"] == "state") {
-            ++states_;
-            return state_.dump();
-        }
-        Json events = Json::array();
-        for (std::size_t id = request["after"].get<std::size_t>() + 1; id <= lines_.size(); ++id)
+        if (state_.contains("error"))
+            throw service::Failure(service::FailureCode::busy, state_["error"].get<std::string>());
+        ++states_;
+        return {service::head_of(state_)};
+    }
+    service::Answer events(std::size_t after) {
+        const std::lock_guard lock(mutex_);
+        nlohmann::json events = nlohmann::json::array();
+        for (std::size_t id = after + 1; id <= lines_.size(); ++id)
             if (!lines_[id - 1].empty()) events.push_back({{"id", id}, {"text", lines_[id - 1]}});
-        return Json{{"events", events}}.dump();
+        return {{{"events", std::move(events)}}};
     }
 
     std::mutex mutex_;
-    Json state_;
+    Json state_ = Json::object();
     std::vector<std::string> lines_;
     std::atomic<int> states_{0};
-    std::atomic<bool> stop_{false};
-    emulator::MonitorSocket socket_;
-    std::thread thread_;
+    test::FakeDaemon daemon_;
 };
 
 Json state_of(const std::string& started, int pid = 7) {
@@ -94,7 +95,7 @@ void wait_until(const std::function<bool()>& done) {
 }
 
 /// Waits until the daemon has been asked twice more: what was set before has then been seen.
-void wait_for_looks(const FakeDaemon& daemon) {
+void wait_for_looks(const ToldDaemon& daemon) {
     const int before = daemon.states();
     wait_until([&] { return daemon.states() >= before + 2; });
 }
@@ -112,7 +113,7 @@ using Texts = std::vector<std::string>;
 
 TEST_CASE("events are told once, also of a daemon that fails for a while", "[web]") {
     const test::TempFolder folder;
-    FakeDaemon daemon(folder.path() / "one.socket");
+    ToldDaemon daemon(folder.path() / "one.socket");
     daemon.set(state_of("10"), {"one", "two"});
     const DaemonWatch watch(daemon.path(), 5ms);
     wait_until([&] { return texts(watch).size() >= 2; });
@@ -127,7 +128,7 @@ TEST_CASE("events are told once, also of a daemon that fails for a while", "[web
 
 TEST_CASE("a daemon that is restarted under the same number is another one", "[web]") {
     const test::TempFolder folder;
-    FakeDaemon daemon(folder.path() / "one.socket");
+    ToldDaemon daemon(folder.path() / "one.socket");
     daemon.set(state_of("10"), {"one", "two"});
     const DaemonWatch watch(daemon.path(), 5ms);
     wait_until([&] { return texts(watch).size() >= 2; });
@@ -140,7 +141,7 @@ TEST_CASE("a daemon that is restarted under the same number is another one", "[w
 
 TEST_CASE("where a daemon has not kept its lines, the log says how many are lost", "[web]") {
     const test::TempFolder folder;
-    FakeDaemon daemon(folder.path() / "one.socket");
+    ToldDaemon daemon(folder.path() / "one.socket");
     daemon.set(state_of("10"), {"one", "two"});
     const DaemonWatch watch(daemon.path(), 5ms);
     wait_until([&] { return texts(watch).size() >= 2; });
@@ -156,13 +157,9 @@ TEST_CASE("a daemon that does not answer keeps no other one from being seen", "[
     const std::string before = ::getenv("XDG_RUNTIME_DIR") != nullptr ? ::getenv("XDG_RUNTIME_DIR") : "";
     ::setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
     // Connections are accepted, by the system, and nothing reads them.
-    int asked = 0;
-    emulator::MonitorSocket silent(folder.path() / "obscura" / "obscurad-1.socket", [&](std::string_view) {
-        ++asked;
-        return std::string("{}");
-    });
-    silent.start();
-    FakeDaemon daemon(folder.path() / "obscura" / "obscurad-2.socket");
+    std::optional<service::Listener> silent(
+        service::Listener::unix_socket(folder.path() / "obscura" / "obscurad-1.socket"));
+    ToldDaemon daemon(folder.path() / "obscura" / "obscurad-2.socket");
     daemon.set(state_of("10", 8), {"one"});
     {
         const DaemonWatch watch({}, 5ms);
@@ -171,9 +168,16 @@ TEST_CASE("a daemon that does not answer keeps no other one from being seen", "[
         CHECK(std::any_of(sighting->states.begin(), sighting->states.end(),
                           [](const Json& state) { return state["daemon"]["pid"] == 8; }));
         // The silent one is still waited for: it has been asked once.
-        silent.serve({});
+        std::vector<FileDescriptor> clients;
+        int asked = 0;
+        while (FileDescriptor client = silent->accept())
+            clients.push_back(std::move(client));
+        for (const FileDescriptor& client : clients) {
+            char byte = 0;
+            asked += ::recv(client.get(), &byte, 1, MSG_DONTWAIT) == 1 ? 1 : 0;
+        }
         CHECK(asked == 1);
-        silent.stop(); // ends the wait
+        silent.reset(); // ends the wait
     }
     ::setenv("XDG_RUNTIME_DIR", before.c_str(), 1);
     if (before.empty()) ::unsetenv("XDG_RUNTIME_DIR");
@@ -181,7 +185,7 @@ TEST_CASE("a daemon that does not answer keeps no other one from being seen", "[
 
 TEST_CASE("an event that has not been yet is of another run of the watch", "[web]") {
     const test::TempFolder folder;
-    FakeDaemon daemon(folder.path() / "one.socket");
+    ToldDaemon daemon(folder.path() / "one.socket");
     daemon.set(state_of("10"), {"one", "two"});
     const DaemonWatch watch(daemon.path(), 5ms);
     wait_until([&] { return texts(watch).size() >= 2; });
@@ -192,7 +196,7 @@ TEST_CASE("an event that has not been yet is of another run of the watch", "[web
 
 TEST_CASE("whoever wants looks again and again gets ten a second", "[web]") {
     const test::TempFolder folder;
-    FakeDaemon daemon(folder.path() / "one.socket");
+    ToldDaemon daemon(folder.path() / "one.socket");
     daemon.set(state_of("10"), {});
     DaemonWatch watch(daemon.path(), 1h);
     const auto begin = std::chrono::steady_clock::now();
@@ -205,7 +209,7 @@ TEST_CASE("whoever wants looks again and again gets ten a second", "[web]") {
 
 TEST_CASE("a daemon of another version is answered for with 503", "[web]") {
     const test::TempFolder folder;
-    FakeDaemon daemon(folder.path() / "one.socket");
+    ToldDaemon daemon(folder.path() / "one.socket");
     daemon.set({{"daemon", {{"pid", 7}}}, {"cameras", {{{"latency_us", {{"render", {{"up_to", 3}}}}}}}}}, {});
     const DaemonWatch watch(daemon.path(), 5ms);
     wait_until([&] { return !watch.latest()->states.empty(); });

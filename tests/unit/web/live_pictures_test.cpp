@@ -2,10 +2,9 @@
 // Live pictures from the ring of a camera in this process: whole frames, credit, and viewers that come and
 // go.
 #include "core/clock.hpp"
-#include "emulator/monitor/frame_verbs.hpp"
-#include "emulator/monitor/monitor_socket.hpp"
-#include "host/monitor_connection.hpp"
+#include "emulator/control/ring_calls.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/fake_daemon.hpp"
 #include "tests/support/plain_frame.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "transports/watch/watch.hpp"
@@ -47,35 +46,23 @@ std::uint16_t dn_of(std::uint64_t frame_id) {
 struct After {
     std::uint64_t after = 0;
 
-    config::Keys keys() { return {config::key("after", &after)}; }
+    service::Fields fields() { return {{config::key("after", &after)}}; }
 };
 
-/// A camera that makes frames without end, each of one number, and the monitor socket that hands them over.
+/// A camera that makes frames without end, each of one number, and the daemon that hands them over.
 class RingBench {
 public:
-    RingBench()
-        : socket_(folder_.path() / "one.socket", [this](std::string_view request) {
-              const std::lock_guard lock(mutex_);
-              return emulator::answer_request(verbs_, request);
-          }) {
+    RingBench() : daemon_(folder_.path() / "one.socket", [this] { return calls(); }) {
         start();
-        socket_.start();
-        server_ = std::thread([this] {
-            while (!stop_) {
-                socket_.serve(MonotonicClock().now());
-                std::this_thread::sleep_for(1ms);
-            }
-        });
         camera_ = std::thread([this] { make_frames(); });
         pictures_.when_wanted([this] { daemons_->look_soon(); });
-        daemons_.emplace(socket_.path(), 20ms, &pictures_);
+        daemons_.emplace(daemon_.path(), 20ms, &pictures_);
     }
     ~RingBench() {
         daemons_.reset();
         stop_ = true;
-        server_.join();
         camera_.join();
-        watch_->stop();
+        watches_.back()->stop();
     }
     RingBench(const RingBench&) = delete;
     RingBench& operator=(const RingBench&) = delete;
@@ -83,16 +70,9 @@ public:
     /// Another run of the daemon, whose process has the same number.
     void start() {
         const std::lock_guard lock(mutex_);
-        watch_ = std::make_unique<transports::WatchTransport>(width * height, [] {});
-        watch_->start();
-        verbs_ = emulator::frame_verbs({watch_.get()});
-        verbs_.push_back(emulator::monitor_verb<emulator::NoParameters>(
-            "state", "", {}, [run = ++runs_](const emulator::NoParameters&) {
-                return fmt::format(R"({{"daemon":{{"pid":{},"started_utc_ns":"{}"}},"cameras":[{{}}]}})",
-                                   ::getpid(), run);
-            }));
-        verbs_.push_back(emulator::monitor_verb<After>(
-            "events", "", {}, [](const After&) { return std::string(R"({"events":[]})"); }));
+        if (!watches_.empty()) watches_.back()->stop();
+        watches_.push_back(std::make_unique<transports::WatchTransport>(width * height, [] {}));
+        watches_.back()->start();
     }
 
     [[nodiscard]] LivePictures& pictures() { return pictures_; }
@@ -100,6 +80,26 @@ public:
     [[nodiscard]] static CameraId camera() { return {::getpid(), 0}; }
 
 private:
+    service::Calls calls() {
+        using service::Answer, service::Permission, service::Work;
+        const std::lock_guard lock(mutex_);
+        transports::WatchTransport* const watch = watches_.empty() ? nullptr : watches_.back().get();
+        service::Calls all = emulator::ring_calls({watch}, [this, watch](std::size_t /*camera*/) {
+            const std::lock_guard handing(mutex_);
+            return emulator::hand_over_ring(*watch);
+        });
+        all.push_back(service::call<service::NoArguments>(
+            "state", Permission::view, "",
+            [run = watches_.size()](const service::NoArguments&, Work& /*work*/) {
+                return Answer{{{"daemon", {{"pid", ::getpid()}, {"started_utc_ns", std::to_string(run)}}},
+                               {"cameras", {nlohmann::json::object()}}}};
+            }));
+        all.push_back(
+            service::call<After>("events", Permission::view, "", [](const After& /*after*/, Work& /*work*/) {
+                return Answer{{{"events", nlohmann::json::array()}}};
+            }));
+        return all;
+    }
     void make_frames() {
         for (std::uint64_t id = 1; !stop_; ++id) {
             if (const FrameRef frame = pool_.acquire()) {
@@ -108,7 +108,7 @@ private:
                 std::fill(frame->pixels().begin(), frame->pixels().end(), dn_of(id));
                 frame->publish_rows(height);
                 const std::lock_guard lock(mutex_);
-                watch_->submit(frame);
+                watches_.back()->submit(frame);
             }
             std::this_thread::sleep_for(200us);
         }
@@ -117,12 +117,10 @@ private:
     const test::TempFolder folder_;
     std::atomic<bool> stop_{false};
     FramePool pool_{8, width* height, height};
-    std::mutex mutex_; ///< of what follows
-    int runs_ = 0;
-    std::unique_ptr<transports::WatchTransport> watch_;
-    std::vector<emulator::MonitorVerb> verbs_;
-    emulator::MonitorSocket socket_;
-    std::thread server_, camera_;
+    std::mutex mutex_;                                                 ///< of what follows
+    std::vector<std::unique_ptr<transports::WatchTransport>> watches_; ///< of each run
+    test::FakeDaemon daemon_;
+    std::thread camera_;
     const std::shared_ptr<KeptFrames> frames_ = std::make_shared<KeptFrames>();
     LivePictures pictures_{live_bytes_per_s, std::make_shared<WebFigures>(), frames_};
     std::optional<DaemonWatch> daemons_;

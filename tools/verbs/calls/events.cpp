@@ -69,7 +69,7 @@ private:
 
     [[nodiscard]] std::vector<nlohmann::ordered_json> latest() {
         if (web_) return web_->events(after_);
-        const nlohmann::ordered_json answer = daemon_->ask({{"verb", "events"}, {"after", after_}});
+        const nlohmann::ordered_json answer = daemon_->call("events", {{"after", after_}}).head;
         const auto& events = answer.at("events");
         return {events.begin(), events.end()};
     }

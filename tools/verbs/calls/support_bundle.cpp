@@ -83,14 +83,12 @@ private:
         }
         if (daemon().over_web()) return 0; // a daemon of this machine is another one
         try {
-            const host::MonitorClient monitor =
+            host::MonitorClient monitor =
                 host::connect_to_daemon("obscura support-bundle", daemon().socket());
             return add_daemon(
                 bundle,
                 [&](const std::string& call, const host::CallJson& fields) {
-                    host::CallJson request{{"verb", call}};
-                    request.update(fields);
-                    return monitor.ask(request);
+                    return monitor.call(call, fields).head;
                 },
                 false);
         } catch (const Error& error) {
