@@ -115,11 +115,17 @@ Layout layout_of(const KvnBlock& meta, const std::string& a, const std::string& 
 
 Interpolation attitude_interpolation(const KvnBlock& meta, const Layout& layout) {
     if (!meta.has("INTERPOLATION_METHOD")) return {};
-    constexpr std::array<std::string_view, 2> methods{"LINEAR", "LAGRANGE"};
-    if (meta.choice("INTERPOLATION_METHOD", methods) == methods[0]) return {};
+    constexpr std::array<std::string_view, 3> methods{"LINEAR", "LAGRANGE", "HERMITE"};
+    const std::string method = meta.choice("INTERPOLATION_METHOD", methods);
+    if (method == methods[0]) return {};
     if (layout.attitude == Layout::Attitude::spin)
-        meta.fail("INTERPOLATION_METHOD", "LAGRANGE, allowed with ATTITUDE_TYPE = SPIN is LINEAR");
-    return {Interpolation::Method::lagrange, degree_of(meta, "INTERPOLATION_DEGREE", 7)};
+        meta.fail("INTERPOLATION_METHOD",
+                  fmt::format("{}, allowed with ATTITUDE_TYPE = SPIN is LINEAR", method));
+    // Without rates Hermite's polynomial of a degree is the one through more samples.
+    const bool rates =
+        layout.rates == Layout::Rates::derivative || layout.rates == Layout::Rates::angular_velocity;
+    return {method == methods[2] && rates ? Interpolation::Method::hermite : Interpolation::Method::lagrange,
+            degree_of(meta, "INTERPOLATION_DEGREE", 7)};
 }
 
 /// Four numbers of a line as a quaternion of the direction A2B.
@@ -219,7 +225,7 @@ void add_attitude(const KvnReader& reader, const KvnLine& line, const KvnSample&
 } // namespace
 
 PathFile parse_aem(const std::string& text, const std::string& name, const LeapSeconds& leap_seconds) {
-    KvnReader reader(text, name);
+    KvnReader reader(text, name, "aem");
     constexpr std::array<std::string_view, 2> versions{"1", "2"};
     read_header(reader, "CCSDS_AEM_VERS", versions);
     PathFile file;

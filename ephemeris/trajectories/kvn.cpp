@@ -57,10 +57,11 @@ std::string shown(std::string_view text) {
     return config::printable(text, 40);
 }
 
-KvnReader::KvnReader(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {
-    const std::size_t first = text.find_first_not_of(" \t\n");
-    if (first != std::string_view::npos && text[first] == '<')
-        fail(1, "is XML (NDM/XML), allowed is the keyword = value notation (KVN)");
+KvnReader::KvnReader(const std::string& text, std::string name, std::string_view root)
+    : name_(std::move(name)), text_(text) {
+    if (!is_xml(text)) return;
+    converted_ = kvn_of_xml(text, name_, root);
+    text_ = converted_.text;
 }
 
 void KvnReader::fail(std::size_t line, std::string_view what) const {
@@ -72,7 +73,8 @@ bool KvnReader::next(KvnLine& line) {
         const std::size_t end = std::min(text_.find('\n', at_), text_.size());
         const std::string_view text = trimmed_value(text_.substr(at_, end - at_));
         at_ = end + 1;
-        ++number_;
+        number_ = index_ < converted_.lines.size() ? converted_.lines[index_] : index_ + 1;
+        ++index_;
         if (text.empty() || text == "COMMENT" || text.starts_with("COMMENT ")) continue;
         line = {.number = number_, .value = text};
         if (const std::size_t equals = text.find('='); equals != std::string_view::npos) {

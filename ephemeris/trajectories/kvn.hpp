@@ -3,6 +3,7 @@
 #pragma once
 
 #include "ephemeris/time/time_text.hpp"
+#include "ephemeris/trajectories/ndm_xml.hpp"
 #include "ephemeris/trajectories/path_segment.hpp"
 
 #include <cstddef>
@@ -23,11 +24,12 @@ struct KvnLine {
     bool has_value = false;     ///< there was "="
 };
 
-/// Lines of a message. The text must outlive it.
+/// Lines of a message.
 class KvnReader {
 public:
-    /// Throws ConfigError for XML.
-    KvnReader(std::string_view text, std::string name);
+    /// `text`, which must outlive the reader, is KVN or the XML of a `root` ("oem", "aem"). Throws
+    /// ConfigError for XML that holds no such message.
+    KvnReader(const std::string& text, std::string name, std::string_view root);
 
     /// The next line; false: the end.
     bool next(KvnLine& line);
@@ -36,9 +38,10 @@ public:
     [[nodiscard]] std::size_t line() const noexcept { return number_; }
 
 private:
-    std::string_view text_;
     std::string name_;
-    std::size_t at_ = 0, number_ = 0;
+    KvnText converted_; ///< of XML
+    std::string_view text_;
+    std::size_t at_ = 0, index_ = 0, number_ = 0;
 };
 
 /// `text` for messages: short, without control characters.

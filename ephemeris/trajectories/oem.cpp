@@ -56,7 +56,7 @@ void skip_covariance(KvnReader& reader, std::size_t from) {
 } // namespace
 
 PathFile parse_oem(const std::string& text, const std::string& name, const LeapSeconds& leap_seconds) {
-    KvnReader reader(text, name);
+    KvnReader reader(text, name, "oem");
     constexpr std::array<std::string_view, 3> versions{"1", "2", "3"};
     read_header(reader, "CCSDS_OEM_VERS", versions);
     PathFile file;

@@ -18,7 +18,7 @@ struct Interpolation {
     enum class Method : std::uint8_t {
         linear,   ///< attitude: slerp
         lagrange, ///< attitude: of the quaternion's components, then normalised
-        hermite,  ///< with velocities; not for attitudes
+        hermite,  ///< with velocities; attitude: with rotation rates
     };
     Method method = Method::linear;
     std::uint32_t degree = 1; ///< of the polynomials, 1 to max_degree

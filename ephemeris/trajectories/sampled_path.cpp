@@ -131,11 +131,21 @@ Quat interpolated_orientation(const PathSegment& segment, Epoch at, double fract
         return axes * axis_angle({0, 0, 1}, spin[0] + later * (spin[1] - spin[0]));
     }
     Quat result;
-    std::array<double, max_samples> values{};
+    std::array<double, max_samples> values{}, rates{};
+    const bool hermites = segment.interpolation.method == Method::hermite && !segment.rate_rad_s.empty();
     for (const auto part : {&Quat::w, &Quat::x, &Quat::y, &Quat::z}) {
-        for (std::size_t i = 0; i < window.count; ++i)
+        for (std::size_t i = 0; i < window.count; ++i) {
             values[i] = q[i].*part;
-        result.*part = lagrange(window.times(), std::span<const double>(values).first(window.count)).value;
+            if (!hermites) continue;
+            // The rate is that of the object in its own axes: dq/dt = q w / 2.
+            const Vec3 w = segment.rate_rad_s[window.first + i];
+            rates[i] = (q[i] * Quat{0, w.x, w.y, w.z}).*part / 2;
+        }
+        const auto used = std::span<const double>(values).first(window.count);
+        result.*part =
+            (hermites ? hermite(window.times(), used, std::span<const double>(rates).first(window.count))
+                      : lagrange(window.times(), used))
+                .value;
     }
     // A polynomial of high degree may swing through zero between samples that are far apart.
     const double length = norm(result);

@@ -83,6 +83,8 @@ struct Motion {
     std::optional<Aim> aim{};
     /// Instead of `samples`; null: none.
     std::shared_ptr<const PosePath> path{};
+    /// Axes of a message's poses and, of positions, the body they count from, as it names them; empty: none.
+    std::string message_frame{}, message_centre{};
     /// Overrides all of the above once it has a pose; null: none.
     std::shared_ptr<const LivePose> live{};
     /// The frame of the poses is at the origin of the parent, but has inertial axes.

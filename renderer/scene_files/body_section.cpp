@@ -283,7 +283,7 @@ void apply_normal_albedo(Body& body, double wanted, const config::ReadTable& tab
 
 /// Frame, radii and name of a body by the scene's kernels.
 void apply_kernels(Body& body, const BodyKeys& read, KernelKeys& kernels, const config::ReadTable& table) {
-    const bool follows = follow_kernels(body.motion, read.kernel, false, kernels, table);
+    const bool follows = follow_kernels(body.motion, body.parent, read.kernel, false, kernels, table);
     if (!read.kernel.body.empty() && body.name.empty()) body.name = read.kernel.body;
     const auto* ellipsoid = find_kind(shape_kinds(), renderer::EllipsoidParameters::kind);
     if (!follows || body.shape.kind() != ellipsoid->name || table.has(radii_name)) return;
@@ -313,6 +313,7 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, KernelKeys& ker
         for (const Conflict& c : find_kind(material_kinds(), body.material.kind())->conflicts(body.material))
             table.refuse(c.key, c.what);
     body.position = table.position_text();
+    read.place.kernels = !kernels.files.empty();
     body.motion = motion_of(read.place, table);
     set_parent(read.joint, table, body.parent, body.motion);
     body.joint = joint_of(read.joint, table);

@@ -41,9 +41,10 @@ config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>
                                         [&](const config::Key& key) { return table.has(key.name); });
         if (!placed) return;
         camera.joint = joint_of(read->joint, table);
+        read->place.kernels = !kernels->files.empty();
         camera.motion = motion_of(read->place, table);
         set_parent(read->joint, table, camera.parent, camera.motion);
-        (void)follow_kernels(camera.motion, read->kernel, true, *kernels, table);
+        (void)follow_kernels(camera.motion, camera.parent, read->kernel, true, *kernels, table);
     };
     return section;
 }

@@ -2,6 +2,7 @@
 #include "renderer/scene_files/kernel_keys.hpp"
 
 #include "core/error.hpp"
+#include "ephemeris/kernels/body_names.hpp"
 #include "ephemeris/kernels/default_ephemeris.hpp"
 #include "renderer/scene/sampled_pose_path.hpp"
 #include "renderer/scene_files/section_rules.hpp"
@@ -124,10 +125,44 @@ config::Keys keys_of(KernelPlaceKeys& keys, bool looks) {
     };
 }
 
-bool follow_kernels(Motion& motion, const KernelPlaceKeys& keys, bool looks, KernelKeys& kernels,
-                    const config::ReadTable& table) {
+namespace {
+
+/// Refuses a message about another body than `other`, "MARS (parent)" or so, if both are known.
+void require_centre(const Motion& motion, const ephemeris::BodyNames& names, const std::string& other,
+                    const char* what, const config::ReadTable& table) {
+    const auto centre = names.id(motion.message_centre), own = names.id(other);
+    if (centre && own && *centre != *own)
+        table.refuse("trajectory",
+                     fmt::format("is about {}, which is not the {} {}: without it the kernels of the scene "
+                                 "place the message",
+                                 motion.message_centre, what, other));
+}
+
+/// Puts a message without a parent where its centre is, by the kernels of the scene.
+void place_message(Motion& motion, KernelKeys& kernels, const config::ReadTable& table) {
+    try {
+        const auto scene = kernels.frame();
+        if (!scene) return; // reported with the kernels
+        const bool inertial = ephemeris::is_inertial_frame(motion.message_frame);
+        motion.path = kernel_path(scene, scene->kernels().body(motion.message_centre),
+                                  inertial ? std::string("J2000") : motion.message_frame, motion.path);
+        for (TimedPose& sample : motion.samples)
+            sample.pose = motion.path->at(sample.time_s);
+    } catch (const Error& error) {
+        table.refuse("trajectory", error.what());
+    }
+}
+
+} // namespace
+
+bool follow_kernels(Motion& motion, const std::string& parent, const KernelPlaceKeys& keys, bool looks,
+                    KernelKeys& kernels, const config::ReadTable& table) {
+    const bool message = !motion.message_centre.empty() && motion.path;
+    if (message && !parent.empty())
+        require_centre(motion, ephemeris::BodyNames(ephemeris::KernelPool{}), parent, "parent", table);
     if (keys.body.empty()) {
         if (!keys.frame.empty()) table.refuse("ephemeris_frame", "needs \"ephemeris\"");
+        if (message && parent.empty() && !kernels.files.empty()) place_message(motion, kernels, table);
         return false;
     }
     for (const char* key : {"parent", "relative_to", "spin_rate_deg_per_s"})
@@ -140,6 +175,17 @@ bool follow_kernels(Motion& motion, const KernelPlaceKeys& keys, bool looks, Ker
         const int body = scene->kernels().body(keys.body);
         std::string frame = keys.frame;
         if (frame.empty()) frame = looks ? "J2000" : scene->kernels().body_frame_name(body);
+        if (message)
+            require_centre(motion, ephemeris::BodyNames(scene->kernels().pool()), keys.body, "ephemeris",
+                           table);
+        const bool inertial = ephemeris::is_inertial_frame(frame);
+        if (!motion.message_frame.empty() && motion.message_frame != ephemeris::kernel_name(frame) &&
+            !(inertial && ephemeris::is_inertial_frame(motion.message_frame)))
+            table.refuse(
+                table.has("trajectory") ? "trajectory" : "attitude",
+                fmt::format("is in the frame {}, the ephemeris in {}: \"ephemeris_frame\" must name the "
+                            "frame of the message",
+                            motion.message_frame, frame));
         if (motion.samples.size() > 1 && !motion.path) motion.path = path_of_samples(motion.samples);
         motion.path = motion.path ? kernel_path(scene, body, frame, motion.path)
                                   : kernel_path(scene, body, frame, motion.samples.front().pose);

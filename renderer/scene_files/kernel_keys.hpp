@@ -47,8 +47,11 @@ struct KernelPlaceKeys {
 /// Keys of a body, or of the camera or a lamp, which look somewhere (`looks`).
 [[nodiscard]] config::Keys keys_of(KernelPlaceKeys& keys, bool looks);
 /// Puts `motion`, as its other keys make it, into the frame that those keys give; without a frame that of the
-/// body (`looks`: J2000). Mistakes are added to the table. Returns whether it follows the kernels.
-bool follow_kernels(Motion& motion, const KernelPlaceKeys& keys, bool looks, KernelKeys& kernels,
-                    const config::ReadTable& table);
+/// body (`looks`: J2000). Positions of a message count from the body that it names as its centre: without a
+/// `parent` (its name, or none) they are put there by the kernels of the scene; about another body than a
+/// parent or than that of the keys they are refused. Mistakes are added to the table. Returns whether it
+/// follows the kernels.
+bool follow_kernels(Motion& motion, const std::string& parent, const KernelPlaceKeys& keys, bool looks,
+                    KernelKeys& kernels, const config::ReadTable& table);
 
 } // namespace obscura::scene

@@ -131,14 +131,22 @@ namespace {
 /// Keys of the attitude, of which one may be given.
 constexpr std::array attitude_keys{"orientation", "boresight", "look_at_m", "look_at", "attitude"};
 
-/// Refuses a message whose reference frame has not the axes of the scene's inertial frame. A parent's frame
-/// may have any name.
+/// Refuses a message whose reference frame cannot be the one that its poses are in: a parent's frame may have
+/// any name but that of inertial axes, a frame of the scene's kernels is known there, all else is inertial.
 void check_frame(const ephemeris::PathFrames& frames, const std::filesystem::path& file,
-                 const config::ReadTable& table) {
-    if (!table.has("parent") && !ephemeris::is_inertial_frame(frames.frame))
+                 const config::ReadTable& table, bool kernels) {
+    const std::string name = config::printable(frames.frame, 40);
+    if (table.has("parent")) {
+        if (ephemeris::is_inertial_frame(frames.frame))
+            throw ConfigError(fmt::format(
+                "{}: reference frame {}: with inertial axes \"relative_to\" is wanted in place of \"parent\"",
+                file.string(), name));
+        return;
+    }
+    if (!ephemeris::is_inertial_frame(frames.frame) && !(kernels && !table.has("relative_to")))
         throw ConfigError(
             fmt::format("{}: reference frame {}, allowed without a parent are ICRF, GCRF, EME2000 and J2000",
-                        file.string(), config::printable(frames.frame, 40)));
+                        file.string(), name));
 }
 
 using ReadMessage = ephemeris::PathFile (*)(const std::filesystem::path&, const ephemeris::LeapSeconds&);
@@ -146,7 +154,7 @@ using ReadMessage = ephemeris::PathFile (*)(const std::filesystem::path&, const 
 ephemeris::SampledPath message_path(ReadMessage read, const std::string& file, const PlaceKeys& place,
                                     const config::ReadTable& table) {
     ephemeris::PathFile path = read(file, ephemeris::system_leap_seconds());
-    check_frame(path.frames, file, table);
+    check_frame(path.frames, file, table, place.kernels);
     return {std::move(path), place.epoch ? place.epoch->required(file) : ephemeris::Epoch{},
             place.max_extrapolation_s};
 }
@@ -163,6 +171,8 @@ bool read_trajectory_file(const PlaceKeys& place, const config::ReadTable& table
     switch (path_format(place.trajectory)) {
     case PathFormat::oem:
         parts.positions = message_path(ephemeris::read_oem, place.trajectory, place, table);
+        motion.message_centre = parts.positions->frames().centre;
+        motion.message_frame = parts.positions->frames().frame;
         return true;
     case PathFormat::aem:
         throw ConfigError(fmt::format(
@@ -266,7 +276,17 @@ Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
     PathParts parts;
     const bool positions_only = !table.has("trajectory") || read_positions(place, table, motion, parts);
     if (table.has("attitude"))
-        table.mistakes().collect([&] { parts.attitudes = read_attitude_file(place, table); });
+        table.mistakes().collect([&] {
+            parts.attitudes = read_attitude_file(place, table);
+            const std::string& frame = parts.attitudes->frames().frame;
+            if (!motion.message_frame.empty() && !frame.empty() && frame != motion.message_frame &&
+                !(ephemeris::is_inertial_frame(frame) && ephemeris::is_inertial_frame(motion.message_frame)))
+                table.refuse("attitude",
+                             fmt::format("is relative to {}, the trajectory to {}: allowed is one frame",
+                                         config::printable(frame, 40),
+                                         config::printable(motion.message_frame, 40)));
+            if (!frame.empty()) motion.message_frame = frame;
+        });
     if (table.mistakes().count() != before) return motion;
     if (positions_only && table.has("up") &&
         !(table.has("boresight") || table.has("look_at_m") || table.has("look_at")))

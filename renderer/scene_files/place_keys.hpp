@@ -18,8 +18,9 @@ struct PlaceKeys {
     std::string look_at;              ///< name of a body
     std::string trajectory, attitude; ///< files
     double max_extrapolation_s = 0;
-    SharedEpoch epoch{}; ///< of the scene; null: of no file that is read
-    bool looks = false;  ///< of the camera or a lamp: a trajectory of positions needs an attitude beside it
+    SharedEpoch epoch{};  ///< of the scene; null: of no file that is read
+    bool kernels = false; ///< the scene has kernels, which know frames
+    bool looks = false;   ///< of the camera or a lamp: a trajectory of positions needs an attitude beside it
     Vec3 spin_axis{0, 0, 1};
     double spin_rate_rad_s = 0;
 };

@@ -129,9 +129,10 @@ config::Section lamp_section(Lamp& lamp, std::size_t index, const std::shared_pt
         section.keys.insert(section.keys.end(), more.begin(), more.end());
     section.check = [&lamp, index, read, kernels](const config::ReadTable& table) {
         lamp.joint = joint_of(read->joint, table);
+        read->place.kernels = !kernels->files.empty();
         lamp.motion = motion_of(read->place, table);
         set_parent(read->joint, table, lamp.parent, lamp.motion);
-        (void)follow_kernels(lamp.motion, read->kernel, true, *kernels, table);
+        (void)follow_kernels(lamp.motion, lamp.parent, read->kernel, true, *kernels, table);
         lamp.position = table.position_text();
         if (lamp.name.empty()) lamp.name = fmt::format("lamp{}", index);
     };

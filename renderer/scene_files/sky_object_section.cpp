@@ -146,9 +146,10 @@ config::Section sky_object_section(SkyObject& object, const std::shared_ptr<Kern
             if (!object.star.type) table.refuse("spectral_type", "is no type O to M, such as \"G8III\"");
         }
         if (object.kind != SkyObject::Kind::point) return;
+        read->place.kernels = !kernels->files.empty();
         object.motion = motion_of(read->place, table);
         set_parent(read->joint, table, object.parent, object.motion);
-        (void)follow_kernels(object.motion, read->kernel, true, *kernels, table);
+        (void)follow_kernels(object.motion, object.parent, read->kernel, true, *kernels, table);
     };
     return section;
 }

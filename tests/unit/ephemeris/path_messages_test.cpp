@@ -65,6 +65,26 @@ SampledPath oem_path(const std::string& segments, double max_extrapolation_s = 0
     return {parse_oem(oem_header + segments, "f.oem", leap_seconds), zero, max_extrapolation_s};
 }
 
+/// The circle as NDM/XML, with positions in `unit`.
+std::string xml_oem(const std::string& unit) {
+    std::string text =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<oem id=\"CCSDS_OEM_VERS\" version=\"2.0\">\n<header>"
+        "<COMMENT>x</COMMENT><CREATION_DATE>2007-02-27T00:00:00</CREATION_DATE><ORIGINATOR>T</ORIGINATOR></header>\n"
+        "<body><segment>\n<metadata><OBJECT_NAME>PROBE</OBJECT_NAME><OBJECT_ID>2006-001A</OBJECT_ID>\n"
+        "<CENTER_NAME>EARTH</CENTER_NAME><REF_FRAME>EME2000</REF_FRAME><TIME_SYSTEM>TAI</TIME_SYSTEM>\n"
+        "<START_TIME>2007-02-28T00:00:00</START_TIME>\n<STOP_TIME> 2007-02-28T00:02:00\t</STOP_TIME></metadata>\n"
+        "<data>\n<stateVector>\n";
+    for (int t = 0; t <= 120; t += 60) {
+        const Vec3 p = on_circle_m(t) * 1e-3, v = velocity_m_s(t) * 1e-3;
+        text += fmt::format("<EPOCH>{}</EPOCH>\n<X units=\"{}\">{:.12f}</X><Y>{:.12f}</Y><Z>0</Z><X_DOT "
+                            "units=\"km/s\">{:.15f}</X_DOT><Y_DOT>{:.15f}</Y_DOT><Z_DOT>0</Z_DOT>\n{}",
+                            clock_text(t), unit, p.x, p.y, v.x, v.y,
+                            t < 120 ? "</stateVector><stateVector>" : "</stateVector>");
+    }
+    return text +
+           "<covarianceMatrix><EPOCH>x</EPOCH><CX_X>1</CX_X></covarianceMatrix></data></segment></body></oem>\n";
+}
+
 double worst_error_m(const SampledPath& path, double from_s, double to_s) {
     double worst_m = 0;
     for (int i = 0; i <= 1000; ++i) {
@@ -285,6 +305,78 @@ TEST_CASE("an attitude turns on with its rates, stated in any way", "[ephemeris]
     CHECK(difference_rad(path.orientation(75), turned(75)) < 1e-9);
 }
 
+TEST_CASE("Messages in XML are those in keyword = value notation", "[ephemeris]") {
+    const SampledPath kvn = oem_path(oem_segment(0, 120, 60));
+    const SampledPath xml{parse_oem(xml_oem("km"), "f.oem", leap_seconds), zero, 0};
+    for (const double t : {0.0, 31.5, 60.0, 119.0})
+        CHECK(length(kvn.position_m(t) - xml.position_m(t)) < 1e-9);
+    // One of several forms of attitudes; the scalar stands last in the text and first by QUATERNION_TYPE.
+    for (const bool first : {false, true}) {
+        std::string states, lines;
+        for (int t = 0; t <= 40; t += 20) {
+            const double a = 0.01 * t, s = std::sin(a), c = std::cos(a);
+            states += fmt::format(
+                "<attitudeState><quaternionAngVel><EPOCH>{}</EPOCH><quaternion><Q1>0</Q1><Q2>0</Q2>"
+                "<Q3>{:.15f}</Q3><QC>{:.15f}</QC></quaternion><angVel><ANGVEL_X units=\"deg/s\">0"
+                "</ANGVEL_X><ANGVEL_Y>0</ANGVEL_Y><ANGVEL_Z>{:.15f}</ANGVEL_Z></angVel>"
+                "</quaternionAngVel></attitudeState>\n",
+                clock_text(t), s, c, 0.02 * 180 / std::numbers::pi);
+            const std::string q =
+                first ? fmt::format("{:.15f} 0 0 {:.15f}", c, s) : fmt::format("0 0 {:.15f} {:.15f}", s, c);
+            lines += fmt::format("{} {} 0 0 {:.15f}\n", clock_text(t), q, 0.02 * 180 / std::numbers::pi);
+        }
+        const std::string order = first ? "FIRST" : "LAST";
+        const std::string text =
+            "<?xml version=\"1.0\"?>\n<ndm>\n<!-- c --><aem id=\"CCSDS_AEM_VERS\" version=\"2.0\"><header><CREATION_DATE>"
+            "2007-02-27T00:00:00</CREATION_DATE><ORIGINATOR>T</ORIGINATOR></header><body><segment><metadata>"
+            "<OBJECT_NAME>PROBE</OBJECT_NAME><REF_FRAME_A>EME2000</REF_FRAME_A><REF_FRAME_B>SC_BODY_1</REF_FRAME_B>"
+            "<ATTITUDE_TYPE>QUATERNION/ANGVEL</ATTITUDE_TYPE><ANGVEL_FRAME>SC_BODY_1</ANGVEL_FRAME><QUATERNION_TYPE>" +
+            order +
+            "</QUATERNION_TYPE><TIME_SYSTEM>TAI</TIME_SYSTEM><START_TIME>2007-02-28T00:00:00</START_TIME>"
+            "<STOP_TIME>2007-02-28T00:01:00</STOP_TIME></metadata><data><COMMENT>a &lt; b</COMMENT>" +
+            states + "</data></segment></body></aem></ndm>\n";
+        const SampledPath from_xml{parse_aem(text, "f.aem", leap_seconds), zero, 0};
+        const SampledPath from_kvn =
+            aem_path(aem("ATTITUDE_TYPE = QUATERNION/ANGVEL\nANGVEL_FRAME = SC_BODY_1\n"
+                         "QUATERNION_TYPE = " +
+                             order + "\n",
+                         lines, "2.0"));
+        for (const double t : {0.0, 13.0, 40.0}) {
+            CHECK(from_xml.orientation(t) == from_kvn.orientation(t));
+            CHECK_THAT(from_xml.orientation(t).z, WithinAbs(std::sin(0.01 * t), 1e-12));
+        }
+    }
+}
+
+TEST_CASE("Hermite's polynomial of attitudes with rates is better than Lagrange's of the same samples",
+          "[ephemeris]") {
+    // A turn about z whose rate swings: angle = 0.3 sin(t / 10).
+    const auto angle = [](double t) { return 0.3 * std::sin(t / 10); };
+    std::string with_rates, without;
+    for (int t = 0; t <= 60; t += 10) {
+        const double s = std::sin(angle(t) / 2), c = std::cos(angle(t) / 2);
+        without += fmt::format("{} 0 0 {:.15f} {:.15f}\n", clock_text(t), s, c);
+        with_rates += fmt::format("{} 0 0 {:.15f} {:.15f} 0 0 {:.15f}\n", clock_text(t), s, c,
+                                  0.03 * std::cos(t / 10.0) * 180 / std::numbers::pi);
+    }
+    const std::string rates = "ATTITUDE_TYPE = QUATERNION/ANGVEL\nANGVEL_FRAME = SC_BODY_1\n";
+    const std::string hermite7 = "INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 7\n";
+    const auto worst = [&](const SampledPath& path) {
+        double error = 0;
+        for (double t = 15; t <= 45; t += 0.5)
+            error = std::max(error, std::abs(2 * std::asin(path.orientation(t).z) - angle(t)));
+        return error;
+    };
+    const double hermite = worst(aem_path(aem(rates + hermite7, with_rates, "2.0")));
+    CHECK(hermite < 2e-5);
+    // Without rates it is the polynomial of that degree through the attitudes.
+    const double lagrange = worst(aem_path(aem(
+        "ATTITUDE_TYPE = QUATERNION\nINTERPOLATION_METHOD = LAGRANGE\nINTERPOLATION_DEGREE = 7\n", without)));
+    CHECK(worst(aem_path(aem("ATTITUDE_TYPE = QUATERNION\n" + hermite7, without))) == lagrange);
+    CHECK(lagrange < 3e-3);
+    CHECK(50 * hermite < lagrange);
+}
+
 TEST_CASE("Euler angles of an AEM are rotations of the frame in their order", "[ephemeris]") {
     // Components after the frame turns about x, y or z: the matrices of CCSDS 504.0-B, annex on conventions.
     const auto turned = [](char axis, double angle_deg, Vec3 v) {
@@ -397,7 +489,12 @@ TEST_CASE("bad messages are refused with file and line", "[ephemeris]") {
     };
     for (const Case& c : {
              Case{"", "f.oem:1: the first line is not \"CCSDS_OEM_VERS = ...\""},
-             Case{"<?xml version=\"1.0\"?>", "f.oem:1: is XML"},
+             Case{"<?xml version=\"1.0\"?>", "f.oem:1: not valid XML: No document element found"},
+             Case{"<oem>\n<header>", "f.oem:2: not valid XML"},
+             Case{"<opm id=\"CCSDS_OPM_VERS\"/>", "f.oem:1: <opm> where <oem> is wanted"},
+             Case{"<ndm>\n<oem/>\n<oem/></ndm>", "f.oem:3: a second message, allowed is one in a file"},
+             Case{"<oem id=\"CCSDS_OEM_VERS\" version=\"2.0\"/>", "f.oem:1: <oem> without <header>"},
+             Case{xml_oem("m"), "f.oem:12: units \"m\", allowed km, km/s"},
              Case{"time_s,x_m\n", "f.oem:1: the first line is not"},
              Case{with("2.0", "4.0"), "f.oem:1: CCSDS_OEM_VERS: version \"4.0\", allowed 1, 2, 3"},
              Case{with("ORIGINATOR", "AUTHOR"), "f.oem:3: keyword \"AUTHOR\", allowed before META_START are"},
@@ -471,8 +568,8 @@ TEST_CASE("bad messages are refused with file and line", "[ephemeris]") {
                   "f.aem:10: INTERPOLATION_METHOD: LAGRANGE, allowed with ATTITUDE_TYPE = SPIN is LINEAR"},
              Case{aem(quaternion + "QUATERNION_TYPE = MIDDLE\n", line),
                   "f.aem:10: QUATERNION_TYPE: \"MIDDLE\""},
-             Case{aem(quaternion + "INTERPOLATION_METHOD = HERMITE\n", line),
-                  "f.aem:10: INTERPOLATION_METHOD: \"HERMITE\""},
+             Case{aem(quaternion + "INTERPOLATION_METHOD = SPLINE\n", line),
+                  "f.aem:10: INTERPOLATION_METHOD: \"SPLINE\""},
              Case{aem("ATTITUDE_TYPE = QUATERNION/RATE\n", line), "f.aem:13: ANGVEL_FRAME: is missing"},
              Case{aem("ATTITUDE_TYPE = QUATERNION/RATE\nANGVEL_FRAME = ICRF\n", line),
                   "f.aem:10: ANGVEL_FRAME: \"ICRF\""},

@@ -5,6 +5,7 @@
 #include "renderer/world/motion.hpp"
 #include "renderer/world/pose_age.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/daf_writer.hpp"
 #include "tests/support/temp_folder.hpp"
 
 #include <string>
@@ -12,6 +13,7 @@
 namespace path_files_test {
 
 using namespace obscura;
+using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::WithinAbs;
 
 namespace {
@@ -120,6 +122,55 @@ TEST_CASE("a body on a parent takes frames of any name") {
     CHECK_THAT(renderer::pose_at(scene.bodies[1].motion, 0).position_m.x, WithinAbs(1100, 1e-6));
     CHECK(files.refusal(epoch + body + "trajectory = \"r.oem\"\n") ==
           "r.oem: reference frame ITRF, allowed without a parent are ICRF, GCRF, EME2000 and J2000");
+}
+
+TEST_CASE("a message counts from the body that it names, where the kernels have it") {
+    const Files files;
+    // The Earth moves by 30 km/s along y, Mars stands; states of 3 axes by one record of Chebyshev series.
+    const double begin = 225936065.0, radius = 1e4; // about the epoch, TDB
+    const auto moving = [&](std::int32_t id, double x_km, double rate_km_s) {
+        return test::DafSegment{
+            "T",
+            {begin - radius, begin + radius},
+            {id, 0, 1, 2},
+            {begin, radius, x_km, 0, 0, rate_km_s * radius, 0, 0, begin - radius, 2 * radius, 8, 1}};
+    };
+    (void)files.write(
+        "k.bsp",
+        test::daf_bytes("SPK", {moving(399, 1000, 30), moving(499, 5e6, 0), moving(10, 1e8, 0)}, false));
+    const std::string kernels = epoch + std::string("kernels = [\"k.bsp\"]\n");
+    const auto at = [&](const std::string& root, const std::string& keys, double t) {
+        const scene::Scene scene = files.scene(root + "[camera]\nboresight = [0, 0, 1]\n" + keys);
+        return renderer::pose_at(scene.camera.motion, t).position_m;
+    };
+    const std::string oem_key = "trajectory = \"p.oem\"\n";
+    // From the barycentre: the Earth's place and its way, and the 1.1 km of the message at scene time 0.
+    const Vec3 first = at(kernels, oem_key, 0), later = at(kernels, oem_key, 20);
+    CHECK_THAT(first.x, WithinAbs(1000e3 + 1100, 1e-3));
+    CHECK_THAT(later.y - first.y, WithinAbs(20 * 30e3, 1e-3));
+    CHECK_THAT(later.x - first.x, WithinAbs(200, 1e-3));
+    // The frame at the Earth's place at the epoch does not move with it.
+    const std::string centred = kernels + "centre = \"EARTH\"\n";
+    CHECK_THAT(at(centred, oem_key, 0).y, WithinAbs(2000, 1e-3));
+    CHECK_THAT(at(centred, oem_key, 20).y, WithinAbs(2000 + 20 * 30e3, 1e-3));
+    // As with the key "ephemeris" of that body; of another one it is refused, as is another parent.
+    CHECK(length(at(kernels, oem_key + "ephemeris = \"EARTH\"\n", 20) - later) < 1e-6);
+    const std::string camera = "[camera]\nboresight = [0, 0, 1]\n" + oem_key;
+    CHECK_THAT(files.refusal(kernels + camera + "ephemeris = \"MARS\"\n"),
+               ContainsSubstring("trajectory: is about EARTH, which is not the ephemeris MARS"));
+    const std::string mars = "[[body]]\nname = \"mars\"\nephemeris = \"MARS\"\nephemeris_frame = \"J2000\"\n"
+                             "shape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.5\n";
+    CHECK_THAT(files.refusal(kernels + camera + "relative_to = \"mars\"\n" + mars),
+               ContainsSubstring("trajectory: is about EARTH, which is not the parent mars"));
+    // Inertial states do not turn with a parent.
+    CHECK_THAT(files.refusal(kernels + camera + "parent = \"mars\"\n" + mars),
+               ContainsSubstring("with inertial axes \"relative_to\" is wanted in place of \"parent\""));
+    // A frame that no kernel knows.
+    std::string rotating = oem;
+    rotating.replace(rotating.find("EME2000"), 7, "ITRF");
+    (void)files.write("r.oem", rotating);
+    CHECK_THAT(files.refusal(kernels + "[camera]\nboresight = [0, 0, 1]\ntrajectory = \"r.oem\"\n"),
+               ContainsSubstring("trajectory: frame ITRF: unknown"));
 }
 
 TEST_CASE("mistakes about trajectory and attitude files are reported") {
