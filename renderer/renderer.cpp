@@ -66,8 +66,8 @@ struct Workspace::Impl {
 Workspace::~Workspace() = default;
 
 struct Renderer::Impl {
-    Impl(scene::Scene scene, const RenderSettings& settings)
-        : built(std::move(scene), settings), tiles(built), workers(built) {
+    Impl(scene::Scene scene, RenderSettings settings)
+        : built(std::move(scene), std::move(settings)), tiles(built), workers(built) {
         built.set_lighting();
     }
 
@@ -105,7 +105,7 @@ std::shared_ptr<ShapeCache> make_shape_cache() {
 }
 
 Renderer::Renderer(scene::Scene scene, RenderSettings settings)
-    : impl_(std::make_unique<Impl>(std::move(scene), settings)) {}
+    : impl_(std::make_unique<Impl>(std::move(scene), std::move(settings))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;

@@ -291,7 +291,7 @@ void WingMap::CellSamples::deposit(const std::uint32_t (&counts)[packet_size], s
         const int i = s % packet_size;
         if (rays[k].hits.body[i] < 0) continue;
         const int of_cell = cell[k][i];
-        const auto node = static_cast<std::size_t>(at + of_cell);
+        const auto node = static_cast<std::size_t>(at) + static_cast<std::size_t>(of_cell);
         const double right = u[k].v[i];
         const double down = v[k].v[i];
         const double scale = weight[k].v[i] * cell_px * cell_rows / counts[of_cell];

@@ -31,15 +31,15 @@ RenderSettings completed(RenderSettings settings, const scene::Scene& scene) {
 
 } // namespace
 
-BuiltScene::BuiltScene(scene::Scene s, const RenderSettings& r)
+BuiltScene::BuiltScene(scene::Scene s, RenderSettings r)
     : scene((validate(s), std::move(s))),
-      settings(completed(r, scene)),
+      settings(completed(std::move(r), scene)),
       lens(scene::at_position(scene.camera.position, [&] { return make_projection(scene.camera); })),
       gaussian_psf(scene.camera.psf_sigma_px, scene.camera.pixel_aspect()),
       psf(scene::at_position(scene.camera.position, [&] { return Psf::make(scene.camera, scene.bands); })),
-      bodies(build_bodies(scene, r.shapes.get())),
+      bodies(build_bodies(scene, settings.shapes.get())),
       landmarks_m(landmark_points(scene, bodies)),
-      splatter(scene, bodies, *lens, gaussian_psf, psf.get(), r.seed),
+      splatter(scene, bodies, *lens, gaussian_psf, psf.get(), settings.seed),
       stray(read_stray_light(scene)),
       field_rad(lens->field_angle_rad(1)) {
     for (const BuiltBody& body : bodies)

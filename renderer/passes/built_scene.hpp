@@ -26,7 +26,7 @@ namespace obscura::renderer {
 /// stays where it is.
 struct BuiltScene {
     /// Throws InputError or ConfigError. set_lighting() must follow.
-    BuiltScene(scene::Scene s, const RenderSettings& r);
+    BuiltScene(scene::Scene s, RenderSettings r);
     BuiltScene(const BuiltScene&) = delete;
     BuiltScene& operator=(const BuiltScene&) = delete;
     /// Second step of the construction: what depends on the light, once loaders have made the tiles that

@@ -62,7 +62,7 @@ bool trace_block(const PassRequest& request, std::int32_t y, std::int32_t block,
     const std::int32_t first = block * packet_size - request.window.x;
     const int begin = std::max(0, -first), end = std::min(packet_size, request.window.width - first);
     const auto row_from = [&](auto& row, std::size_t at) {
-        return row.data() + at + static_cast<std::size_t>(first + begin);
+        return row.data() + at + (std::ptrdiff_t{first} + begin);
     };
     for (std::size_t c = 0; c < channels; ++c) {
         double* const light = row_from(s.light, c * width);

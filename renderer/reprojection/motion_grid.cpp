@@ -381,7 +381,7 @@ void MotionGrid::Line::interpolate(std::size_t pixel, Row& row) const {
 }
 
 MotionGrid::Line::Bounds MotionGrid::Line::bounds(std::int32_t cell, bool inner_nodes) const {
-    const auto first = static_cast<std::size_t>(cell * fine_cells);
+    const auto first = static_cast<std::size_t>(cell) * static_cast<std::size_t>(fine_cells);
     Motion least = at(first);
     Motion most = least;
     for (std::size_t k = 1; k <= fine_cells; ++k) {
