@@ -114,11 +114,6 @@ service::Listener listen(const Options& options, const char* option, const std::
     return listener;
 }
 
-std::uint16_t port_of(const service::Listener& listener) {
-    const std::string& address = listener.address();
-    return static_cast<std::uint16_t>(std::stoul(address.substr(address.rfind(':') + 1)));
-}
-
 int serve(const Options& options) {
     const Admission admission = admission_of(options);
     std::vector<ScpiPort> ports;
@@ -128,7 +123,7 @@ int serve(const Options& options) {
     std::optional<LxiServer> lxi;
     if (!options.lxi.empty())
         lxi.emplace(listen(options, "--lxi", options.lxi), OBSCURA_VERSION,
-                    ports.empty() ? std::uint16_t{0} : port_of(ports.front().listener), admission);
+                    ports.empty() ? std::uint16_t{0} : service::port_of(ports.front().listener), admission);
     std::optional<PacketService> packets;
     if (!options.telemetry.empty() || !options.telecommands.empty()) {
         if (!options.telecommands.empty()) check_reach(options, "--telecommands", options.telecommands);

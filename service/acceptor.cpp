@@ -32,7 +32,7 @@ Acceptor::Acceptor(Listener listener, AcceptRules rules)
     : listener_(std::move(listener)), rules_(std::move(rules)) {}
 
 int Acceptor::polled(Clock::time_point now, const HasPlace& may_place) const {
-    if (now < accepts_from_ || (rules_.waits && !may_place())) return -1;
+    if (now < accepts_from_ || (rules_.waits && may_place && !may_place())) return -1;
     return listener_.socket();
 }
 

@@ -40,7 +40,7 @@ public:
 
     /// The socket, to be polled for POLLIN; -1: no client is taken now. `may_place`: whether a client could
     /// get a place, which is asked where those without one wait.
-    [[nodiscard]] int polled(Clock::time_point now, const HasPlace& may_place) const;
+    [[nodiscard]] int polled(Clock::time_point now, const HasPlace& may_place = {}) const;
     /// Takes clients that wait, a few at a time so that those that are connected have their turn, and hands
     /// them to `open` in non-blocking state. Where there is no descriptor or memory for one, polled() rests
     /// for `pause`: poll() would tell of that client again and again.

@@ -108,6 +108,13 @@ Listener Listener::unix_socket(const std::filesystem::path& path) {
     return {std::move(socket), text, path};
 }
 
+std::uint16_t port_of(const Listener& listener) {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    const bool known = ::getsockname(listener.socket(), reinterpret_cast<sockaddr*>(&address), &size) == 0;
+    return known && address.sin_family == AF_INET ? ntohs(address.sin_port) : 0;
+}
+
 Permission permission_of_peer(int socket, std::optional<gid_t> admin_group) {
     ucred peer{};
     socklen_t size = sizeof peer;

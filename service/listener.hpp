@@ -7,6 +7,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -42,6 +43,8 @@ private:
     std::filesystem::path file_;
 };
 
+/// Port of a TCP listener.
+[[nodiscard]] std::uint16_t port_of(const Listener& listener);
 /// What the program at the other end of a Unix socket may do: admin as root, the user of this process or a
 /// member of `admin_group`, scene as a member of this process's group, else view.
 [[nodiscard]] Permission permission_of_peer(int socket, std::optional<gid_t> admin_group = {});

@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -24,9 +23,6 @@
 
 namespace obscura::emulator {
 namespace {
-
-/// Clients whose connections wait while the server ends a step of a client that has gone, for 100 ms at most.
-constexpr int pending_clients = 32;
 
 constexpr std::size_t max_clients = 8;
 constexpr std::size_t max_input = 16 * simulator_line_bytes; // input buffered while a step is in progress
@@ -88,22 +84,22 @@ SimulatorServer::~SimulatorServer() {
 
 void SimulatorServer::start() {
     sockaddr_in address = sync::parse_ipv4_endpoint("simulator.listen", listen_, 0, "127.0.0.1:5003");
-    const auto* const name = reinterpret_cast<const sockaddr*>(&address);
     const auto fail = [this] {
         throw HardwareError(fmt::format("simulator.listen: {}: {}", listen_, std::strerror(errno)));
     };
-    tcp_ = FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-    const int on = 1;
-    if (!tcp_) fail();
-    ::setsockopt(tcp_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    if (::bind(tcp_.get(), name, sizeof address) != 0 || ::listen(tcp_.get(), pending_clients) != 0) fail();
-    socklen_t size = sizeof address;
-    ::getsockname(tcp_.get(), reinterpret_cast<sockaddr*>(&address), &size);
-    port_ = ntohs(address.sin_port);
+    try {
+        // The configuration says which addresses it may have without a token.
+        acceptor_.emplace(service::Listener::tcp(listen_, true));
+    } catch (const Error& error) {
+        throw HardwareError(fmt::format("simulator.listen: {}", error.what()));
+    }
+    port_ = service::port_of(acceptor_->listener());
+    address.sin_port = htons(port_);
     // A datagram cannot prove who sends it.
     if (tokens_.empty()) {
         udp_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-        if (!udp_ || ::bind(udp_.get(), name, sizeof address) != 0) fail();
+        if (!udp_ || ::bind(udp_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+            fail();
     }
     wake_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (!wake_) fail();
@@ -127,7 +123,8 @@ void SimulatorServer::stop() {
     step_thread_.join();
     heartbeat_.rest();
     clients_.clear();
-    for (FileDescriptor* fd : {&tcp_, &udp_, &wake_})
+    acceptor_.reset();
+    for (FileDescriptor* fd : {&udp_, &wake_})
         *fd = FileDescriptor();
 }
 
@@ -167,8 +164,9 @@ void SimulatorServer::work() {
     if (scheduling_.has_priority()) schedule_this_thread(scheduling_);
     while (!stopping_) {
         heartbeat_.beat();
-        std::vector<pollfd> watched{
-            {wake_.get(), POLLIN, 0}, {tcp_.get(), POLLIN, 0}, {udp_.get(), POLLIN, 0}};
+        std::vector<pollfd> watched{{wake_.get(), POLLIN, 0},
+                                    {acceptor_->polled(service::Acceptor::Clock::now()), POLLIN, 0},
+                                    {udp_.get(), POLLIN, 0}};
         for (const auto& client : clients_) {
             // Stop reading from a client whose input buffer is full.
             const bool full = client->input.size() >= max_input;
@@ -181,7 +179,10 @@ void SimulatorServer::work() {
         if (watched[2].revents != 0) receive_datagrams();
         for (std::size_t i = 0; i < clients_.size(); ++i)
             if (watched[3 + i].revents != 0) receive(*clients_[i]);
-        if (watched[1].revents != 0) accept_client();
+        if (watched[1].revents != 0)
+            acceptor_->accept(
+                service::Acceptor::Clock::now(), [this] { return has_place(); },
+                [this](FileDescriptor fd) { add_client(std::move(fd)); });
         answer_step();
         for (const auto& client : clients_) {
             admit(*client);
@@ -194,32 +195,16 @@ void SimulatorServer::work() {
     }
 }
 
-void SimulatorServer::accept_client() {
-    sockaddr_in from{};
-    socklen_t from_bytes = sizeof from;
-    FileDescriptor fd(
-        ::accept4(tcp_.get(), reinterpret_cast<sockaddr*>(&from), &from_bytes, SOCK_CLOEXEC | SOCK_NONBLOCK));
-    if (!fd) return;
-    if (clients_.size() >= max_clients) {
-        refused_.fetch_add(1);
-        return;
-    }
-    const auto set = [&fd](int level, int option, int value) {
-        ::setsockopt(fd.get(), level, option, &value, sizeof value);
-    };
-    set(IPPROTO_TCP, TCP_NODELAY, 1);
-    // A machine that has gone without a word must not hold one of the few connections for ever.
-    set(SOL_SOCKET, SO_KEEPALIVE, 1);
-    set(IPPROTO_TCP, TCP_KEEPIDLE, 10); // s
-    set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
-    set(IPPROTO_TCP, TCP_KEEPCNT, 4);
-    add_client(std::move(fd));
-    clients_.back()->peer = fmt::format("{:08x}", ntohl(from.sin_addr.s_addr));
+bool SimulatorServer::has_place() {
+    if (clients_.size() < max_clients) return true;
+    refused_.fetch_add(1);
+    return false;
 }
 
 void SimulatorServer::add_client(FileDescriptor fd) {
     connections_.fetch_add(1);
     clients_.push_back(std::make_unique<Client>());
+    clients_.back()->peer = service::address_of_peer(fd.get());
     clients_.back()->fd = std::move(fd);
     std::string greeting = "obscura simulator 1";
     if (!tokens_.empty()) {

@@ -10,6 +10,7 @@
 #include "emulator/render/pose_ring.hpp"
 #include "emulator/render/render_scheduling.hpp"
 #include "emulator/simulator/simulator_protocol.hpp"
+#include "service/acceptor.hpp"
 #include "service/tokens.hpp"
 #include "sync/software.hpp"
 
@@ -97,7 +98,8 @@ private:
 
     void work();
     void wake() const;
-    void accept_client();
+    /// Whether there is a place for one more client; counts one that is refused.
+    [[nodiscard]] bool has_place();
     void add_client(FileDescriptor fd);
     void receive(Client& client);
     void receive_datagrams();
@@ -135,7 +137,8 @@ private:
     service::Tokens tokens_; ///< empty: every client may send lines
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
     std::atomic<bool> stopping_{false}, firing_{false}, step_claimed_{false};
-    FileDescriptor tcp_, udp_, wake_;
+    std::optional<service::Acceptor> acceptor_; ///< between start() and stop()
+    FileDescriptor udp_, wake_;
     std::mutex pushing_; ///< into rings
     std::uint16_t port_ = 0;
     std::vector<std::unique_ptr<Client>> clients_;

@@ -11,7 +11,6 @@
 
 #include <array>
 #include <cerrno>
-#include <thread>
 #include <utility>
 
 namespace obscura::instrument {
@@ -29,18 +28,10 @@ std::string host_name() {
 
 LxiServer::LxiServer(service::Listener listener, std::string version, std::uint16_t scpi_port,
                      const Admission& admission)
-    : listener_(std::move(listener)),
+    : acceptor_(std::move(listener),
+                {.admits = [&admission](int socket) { return admission.admits_peer(socket, "LXI"); }}),
       version_(std::move(version)),
-      scpi_port_(scpi_port),
-      admission_(admission) {}
-
-void LxiServer::accept() {
-    FileDescriptor socket = listener_.accept();
-    // Without a descriptor for it the client waits on: not to be tried without a pause.
-    if (!socket) std::this_thread::sleep_for(std::chrono::milliseconds(lxi_poll_interval_ms / 4));
-    if (socket && admission_.admits_peer(socket.get(), "LXI") && clients_.size() < max_clients)
-        clients_.push_back({std::move(socket), {}, Clock::now() + timeout});
-}
+      scpi_port_(scpi_port) {}
 
 bool LxiServer::serve(Client& client) const {
     std::array<char, 1024> buffer;
@@ -64,7 +55,7 @@ bool LxiServer::serve(Client& client) const {
 
 void LxiServer::run(const std::function<bool()>& stopped) {
     while (!stopped()) {
-        std::vector<pollfd> watched{{listener_.socket(), POLLIN, 0}};
+        std::vector<pollfd> watched{{acceptor_.polled(Clock::now()), POLLIN, 0}};
         for (const Client& client : clients_)
             watched.push_back({client.socket.get(), POLLIN, 0});
         ::poll(watched.data(), watched.size(), lxi_poll_interval_ms);
@@ -74,7 +65,12 @@ void LxiServer::run(const std::function<bool()>& stopped) {
             const bool news = watched[++place].revents != 0;
             return news ? !serve(client) : now > client.until;
         });
-        if (watched[0].revents != 0) accept();
+        if (watched[0].revents != 0)
+            acceptor_.accept(
+                now, [&] { return clients_.size() < max_clients; },
+                [&](FileDescriptor socket) {
+                    clients_.push_back({std::move(socket), {}, now + timeout});
+                });
     }
 }
 

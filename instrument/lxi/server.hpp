@@ -4,7 +4,7 @@
 
 #include "core/io/file_descriptor.hpp"
 #include "instrument/link/admission.hpp"
-#include "service/listener.hpp"
+#include "service/acceptor.hpp"
 
 #include <chrono>
 #include <cstddef>
@@ -35,14 +35,12 @@ private:
         std::string head;
         std::chrono::steady_clock::time_point until;
     };
-    void accept();
     /// Reads what has come. False: the client has been answered, or given up.
     [[nodiscard]] bool serve(Client& client) const;
 
-    service::Listener listener_;
+    service::Acceptor acceptor_;
     const std::string version_;
     const std::uint16_t scpi_port_;
-    const Admission& admission_;
     std::vector<Client> clients_;
 };
 

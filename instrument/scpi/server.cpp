@@ -5,8 +5,6 @@
 #include "instrument/scpi/line_reader.hpp"
 #include "instrument/scpi/session.hpp"
 
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -24,17 +22,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr int scpi_poll_interval_ms = 200;
-
-/// Finds a client that has gone without a word, within half a minute: its place is wanted.
-void watch_peer(int socket) {
-    const auto set = [socket](int level, int option, int value) {
-        ::setsockopt(socket, level, option, &value, sizeof value);
-    };
-    set(SOL_SOCKET, SO_KEEPALIVE, 1);
-    set(IPPROTO_TCP, TCP_KEEPIDLE, 10); // s
-    set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
-    set(IPPROTO_TCP, TCP_KEEPCNT, 4);
-}
 
 /// Whether the socket is ready for `what` within scpi_poll_interval_ms.
 bool ready(int socket, short what) {
@@ -63,11 +50,14 @@ bool send_all(int socket, std::string_view bytes, std::chrono::seconds timeout,
 
 ScpiServer::ScpiServer(const ScpiLimits& limits, DaemonAddress daemon, std::string version,
                        std::vector<ScpiPort> ports, const Admission& admission)
-    : limits_(limits),
-      daemon_(std::move(daemon)),
-      version_(std::move(version)),
-      ports_(std::move(ports)),
-      admission_(admission) {}
+    : limits_(limits), daemon_(std::move(daemon)), version_(std::move(version)) {
+    for (ScpiPort& port : ports)
+        ports_.push_back(
+            {service::Acceptor(
+                 std::move(port.listener),
+                 {.admits = [&admission](int socket) { return admission.admits_peer(socket, "SCPI"); }}),
+             port.may_change});
+}
 
 ScpiServer::~ScpiServer() {
     ending_ = true;
@@ -122,27 +112,25 @@ void ScpiServer::make_room(bool of_read_only) {
         if ((!of_read_only || !(*client)->may_change) &&
             (longest == clients_.end() || (*client)->heard.load() < (*longest)->heard.load()))
             longest = client;
-    if (longest == clients_.end() || Clock::now() - (*longest)->heard.load() < limits_.idle) return;
+    if (longest == clients_.end() ||
+        Clock::now() < service::may_end_from(limits_.idle, (*longest)->heard.load(), false))
+        return;
     ::shutdown((*longest)->socket.get(), SHUT_RDWR);
     (*longest)->thread.join();
     clients_.erase(longest);
 }
 
-void ScpiServer::accept(const ScpiPort& port) {
-    FileDescriptor socket = port.listener.accept();
-    if (!socket) {
-        // Without a descriptor for it the client waits on: not to be tried without a pause.
-        std::this_thread::sleep_for(std::chrono::milliseconds(scpi_poll_interval_ms / 4));
-        return;
-    }
-    if (!admission_.admits_peer(socket.get(), "SCPI")) return; // closes it
+bool ScpiServer::make_place(const Port& port) {
     reap_closed_clients(false);
     // Clients of ports for queries leave places for those that command.
-    if (!port.may_change && read_only_clients() >= limits_.read_only) make_room(true);
-    if (!port.may_change && read_only_clients() >= limits_.read_only) return;
+    const auto has_place = [&] { return port.may_change || read_only_clients() < limits_.read_only; };
+    if (!has_place()) make_room(true);
+    if (!has_place()) return false;
     if (clients_.size() >= limits_.clients) make_room(false);
-    if (clients_.size() >= limits_.clients) return;
-    watch_peer(socket.get());
+    return clients_.size() < limits_.clients;
+}
+
+void ScpiServer::open(const Port& port, FileDescriptor socket) {
     auto client = std::make_unique<Client>();
     client->socket = std::move(socket);
     client->may_change = port.may_change;
@@ -162,13 +150,16 @@ void ScpiServer::accept(const ScpiPort& port) {
 }
 
 void ScpiServer::run(const std::function<bool()>& stopped) {
-    std::vector<pollfd> watched;
-    for (const ScpiPort& port : ports_)
-        watched.push_back({port.listener.socket(), POLLIN, 0});
     while (!stopped()) {
+        std::vector<pollfd> watched;
+        for (const Port& port : ports_)
+            watched.push_back({port.acceptor.polled(Clock::now()), POLLIN, 0});
         if (::poll(watched.data(), watched.size(), scpi_poll_interval_ms) > 0)
             for (std::size_t i = 0; i < ports_.size(); ++i)
-                if (watched[i].revents != 0) accept(ports_[i]);
+                if (watched[i].revents != 0)
+                    ports_[i].acceptor.accept(
+                        Clock::now(), [&] { return make_place(ports_[i]); },
+                        [&](FileDescriptor socket) { open(ports_[i], std::move(socket)); });
         reap_closed_clients(false);
     }
 }

@@ -6,7 +6,7 @@
 #include "instrument/link/admission.hpp"
 #include "instrument/link/daemon_link.hpp"
 #include "instrument/scpi/commands.hpp"
-#include "service/listener.hpp"
+#include "service/acceptor.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -25,8 +25,8 @@ struct ScpiLimits {
     std::size_t clients = 8;               ///< at a time, over all ports
     std::size_t line_bytes = 4096;         ///< of a message; longer ones are thrown away and reported
     std::size_t thrown_away_bytes = 65536; ///< of such a line, after which the connection ends
-    /// Without a byte from a client, after which it makes room for another one.
-    std::chrono::seconds idle{3600};
+    /// Time without a byte of a client, after which it makes room for another one.
+    service::IdleRules idle{.idle = std::chrono::hours(1)};
     std::chrono::seconds unread{10}; ///< that an answer waits for the client to read it
 };
 
@@ -59,7 +59,14 @@ private:
         std::atomic<bool> done{false};
         std::thread thread;
     };
-    void accept(const ScpiPort& port);
+    /// A listening port.
+    struct Port {
+        service::Acceptor acceptor;
+        bool may_change = false;
+    };
+    /// Whether there is a place for a client of that port; ends a silent one where that makes one.
+    [[nodiscard]] bool make_place(const Port& port);
+    void open(const Port& port, FileDescriptor socket);
     void serve(Client& client) const;
     /// Ends the client that has been silent for longest, if that is longer than the limit.
     /// `of_read_only`: one that may not change cameras.
@@ -72,8 +79,7 @@ private:
     const DaemonAddress daemon_;
     const std::string version_;
     const CommandTable table_;
-    std::vector<ScpiPort> ports_;
-    const Admission& admission_;
+    std::vector<Port> ports_;
     std::atomic<bool> ending_{false};
     std::vector<std::unique_ptr<Client>> clients_;
 };

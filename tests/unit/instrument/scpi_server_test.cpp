@@ -33,7 +33,7 @@ public:
         port_ = static_cast<std::uint16_t>(std::stoul(address.substr(address.rfind(':') + 1)));
         ScpiLimits limits;
         limits.clients = 1;
-        limits.idle = idle;
+        limits.idle = {.idle = idle};
         server_.emplace(limits, DaemonAddress{}, "1.2", std::move(ports), all_);
         thread_ = std::thread([this] { server_->run([this] { return stopped_.load(); }); });
     }
