@@ -2,8 +2,8 @@
 #include "renderer/integrators/aovs.hpp"
 
 #include "renderer/camera/projection.hpp"
-#include "renderer/packets/frames.hpp"
-#include "renderer/world/row_state.hpp"
+#include "renderer/shapes/stretched_rays.hpp"
+#include "renderer/world/instants.hpp"
 
 #include <algorithm>
 #include <array>
@@ -107,11 +107,8 @@ void trace_centres(const RowState& row, const Vec3s& direction, const Doubles& s
         rays.level_u[i] = 0.5;
     }
     for (const std::int32_t b : candidates) {
-        const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
-        transform(body.from_camera, direction, {}, rays.direction);
-        set_all(rays.origin, body.camera_m);
-        rays.detail = body.detail_view();
-        body.shape->intersect(rays, b, hits);
+        Instants(row).from_camera(b, {}, direction, rays);
+        intersect_stretched(*row.bodies[static_cast<std::size_t>(b)].shape, rays, b, hits);
     }
 }
 
@@ -129,7 +126,7 @@ void set_geometry(const BodyState& body, const SurfacePacket& surface, int i, do
     const Vec3 to_camera = body.camera_m - position;
     const Vec3 to_sun = body.sun_m - position;
     const Vec3 inertial_normal = body.to_inertial * normal;
-    const double range = length(to_camera);
+    const double range = length(body.seen.moves() ? untilted(-to_camera, body.beta) : to_camera);
     const double radius = length(position);
     pixel.set(Aov::range_m, range);
     pixel.set(Aov::depth_m, range * cos_axis);
@@ -204,11 +201,12 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
             }
             const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
             if (b != of_body) {
-                transform(body.from_camera, direction, {}, rays.direction);
-                set_all(rays.origin, body.camera_m);
-                body.shape->surface(rays, hits, b, surface);
+                Instants(row).from_camera(b, {}, direction, rays);
+                HitPacket scratch;
+                const HitPacket& in_frame = hits_in_frame(rays, hits, scratch);
+                body.shape->surface(rays, in_frame, b, surface);
                 of_body = b;
-                apply_textures(body, rays, hits, b, ray_width_rad, surface, look);
+                apply_textures(body, rays, in_frame, b, ray_width_rad, surface, look);
             }
             pixel.set(Aov::body, b + 1);
             set_geometry(body, surface, i, direction.z[i], pixel);

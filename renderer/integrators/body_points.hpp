@@ -149,16 +149,21 @@ void trace_disc(const BodySamples& samples, LitDisc::Part part, const LitFacets*
                 const Wanted& wanted, const Use& use) {
     const BodyState& body = samples.row.bodies[static_cast<std::size_t>(samples.body)];
     tracer.set_ray_width(std::sqrt(body.solid_angle_sr * samples.share()));
-    const Mat3 to_camera = transposed(body.from_camera);
     const auto keep = [&](const HitPacket& hits, int i) {
         return facets == nullptr || !facets->has(hits.primitive[i]);
     };
     BodyRays rays(samples, candidates, tracer, keep, use);
     for_each_pair(samples, [&](std::uint32_t index, std::uint32_t /*stratum*/, double u, double v) {
         Vec3 direction;
-        const double solid_angle_sr = body.disc.sample(part, u, v, direction);
+        double solid_angle_sr = body.disc.sample(part, u, v, direction);
         if (!(solid_angle_sr > 0)) return;
-        direction = to_camera * direction;
+        direction = body.to_camera(direction);
+        if (body.seen.moves()) {
+            // The body's frame sees another solid angle.
+            const double distance = length(direction);
+            direction = direction / distance;
+            solid_angle_sr /= distance * distance;
+        }
         const auto point = lens.project(direction);
         if (point && wanted(*point))
             rays.add(index, direction, *point,
@@ -176,7 +181,6 @@ void trace_facets(const BodySamples& samples, const LitFacets& facets, const Pro
     const BodyState& body = samples.row.bodies[static_cast<std::size_t>(samples.body)];
     tracer.set_ray_width(
         std::sqrt(body.solid_angle_sr * std::max(body.disc.lit_share(), 1e-3) * samples.share()));
-    const Mat3 to_camera = transposed(body.from_camera);
     std::uint32_t triangle[packet_size] = {};
     double distance_m[packet_size] = {};
     // The point that was sampled, or one so near that rounding makes the difference.
@@ -190,9 +194,16 @@ void trace_facets(const BodySamples& samples, const LitFacets& facets, const Pro
         // Ascending: rays of a packet meet neighbouring facets.
         const LitFacets::Point point = facets.sample((stratum + u) / samples.of, v, cursor);
         const Vec3 to = point.position_m - body.camera_m;
-        const double distance = length(to);
-        const double solid_angle_sr = std::abs(dot(point.area_m2, to)) / (distance * distance * distance);
-        const Vec3 direction = to_camera * (to / distance);
+        double distance = length(to);
+        double solid_angle_sr = std::abs(dot(point.area_m2, to)) / (distance * distance * distance);
+        Vec3 direction = transposed(body.from_camera) * (to / distance);
+        if (body.seen.moves()) {
+            const Vec3 there = body.to_camera(to);
+            const double path = length(there);
+            solid_angle_sr *= distance / path * (distance / path);
+            distance = path;
+            direction = there / path;
+        }
         const auto at = lens.project(direction);
         if (!at || !wanted(*at)) return;
         triangle[rays.next_lane()] = point.triangle;

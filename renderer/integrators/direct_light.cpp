@@ -2,6 +2,7 @@
 #include "renderer/integrators/direct_light.hpp"
 
 #include "renderer/lights/sunlight.hpp"
+#include "renderer/shapes/stretched_rays.hpp"
 #include "renderer/world/motion.hpp"
 
 #include <algorithm>
@@ -98,13 +99,19 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
         RayPacket light;
         Doubles falloff; // relative intensity over the squared distance, m-2
         for (int i = 0; i < packet_size; ++i) {
-            if (i == 0 || !instants_.one()) {
-                const RowState& row = instants_.at(paths.instant, i);
-                const BodyState& body = row.bodies[static_cast<std::size_t>(vertex.body)];
-                position = body.from_inertial * (row.lamps[k].position_m - body.position_m);
-                axis = body.from_inertial * rotate(row.lamps[k].orientation, {0, 0, 1});
+            const RowState& row = instants_.at(paths.instant, i);
+            const BodyState& body = row.bodies[static_cast<std::size_t>(vertex.body)];
+            const ApparentBody& from = row.lamps[k];
+            const bool moves = body.seen.moves() || from.moves();
+            if (i == 0 || !instants_.one() || moves) {
+                const double path_m = paths.path_m(i);
+                position = body.from_inertial * (from.position_at(path_m) - body.seen.position_at(path_m));
+                axis = body.from_inertial * rotate(from.pose.orientation, {0, 0, 1});
             }
-            const Vec3 to_lamp = position - vertex.surface.position.lane(i);
+            Vec3 to_lamp = position - vertex.surface.position.lane(i);
+            // The lamp moves on while its light comes here.
+            if (moves)
+                to_lamp = to_lamp + length(to_lamp) * (body.from_inertial * (body.seen.beta - from.beta));
             const double distance = length(to_lamp);
             const Vec3 d = distance > 0 ? to_lamp / distance : Vec3{0, 0, 1};
             light.direction.set(i, d);
@@ -153,15 +160,19 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
             Vec3 normal;
             lamp.shape->sample_area(std::min(at_m2 / area_m2, 0x1.fffffffffffffp-1), v[i], point, normal);
             if (!here) {
-                if (!turned || !instants_.one()) {
-                    const BodyState& from = instants_.body(area_light.body, paths.instant, i);
-                    const BodyState& to = instants_.body(vertex.body, paths.instant, i);
+                const BodyState& from = instants_.body(area_light.body, paths.instant, i);
+                const BodyState& to = instants_.body(vertex.body, paths.instant, i);
+                if (!turned || !instants_.one() || tilts(from, to)) {
                     turn = relative_rotation(from, to);
-                    offset = relative_origin(from, to);
+                    offset = relative_origin(from, to, paths.path_m(i));
                     turned = true;
                 }
                 point = turn * point + offset;
                 normal = turn * normal;
+                // The light moves on while its rays come here.
+                if (tilts(from, to))
+                    point = point + length(point - vertex.surface.shadow_origin.lane(i)) *
+                                        (to.from_inertial * (to.seen.beta - from.seen.beta));
             }
             const Vec3 to_light = point - vertex.surface.shadow_origin.lane(i);
             const double distance = length(to_light);
@@ -238,8 +249,13 @@ void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, const PathP
             light.active = all;
         } else {
             if (turned_to != other.frame) {
-                instants_.between(vertex.body, index, paths.instant, light.origin, light.direction, turned);
+                Doubles path_m;
+                for (int i = 0; i < packet_size; ++i)
+                    path_m[i] = paths.path_m(i);
+                instants_.between(vertex.body, index, paths.instant, light.origin, light.direction, path_m,
+                                  turned);
                 turned.t_max = light.t_max;
+                stretch_limits(turned);
                 turned_to = other.frame;
             }
             turned.active = tested;

@@ -16,6 +16,11 @@ void within_chord(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near)
     }
 }
 
+/// Bound of an angle between camera rays in the frame of a body.
+double in_frame(const BodyState& body, double angle_rad) {
+    return body.seen.moves() ? angle_rad * (1 + 2 * length(body.beta)) : angle_rad;
+}
+
 } // namespace
 
 bool near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
@@ -27,9 +32,12 @@ bool near_body(const BodyState& body, const Vec3s& direction, double chord2, dou
     if (!near_axis(direction, body.direction, chord2, near)) return false;
     if (body.targeted) return true;
     RayPacket rays;
-    transform(body.from_camera, direction, {}, rays.direction);
+    if (body.seen.moves())
+        transform_tilted(body.from_camera, direction, body.beta, rays.direction, rays.stretch);
+    else
+        transform(body.from_camera, direction, {}, rays.direction);
     set_all(rays.origin, body.camera_m);
-    body.shape->cull(rays, slack_rad, near);
+    body.shape->cull(rays, in_frame(body, slack_rad), near);
     return near.any();
 }
 
@@ -48,7 +56,8 @@ bool near_hull_at(const Instants& instants, std::int32_t index, const Words& ins
     const RowState& row = instants.front();
     RayPacket rays;
     instants.from_camera(index, instant, direction, rays);
-    row.bodies[static_cast<std::size_t>(index)].shape->cull(rays, row.reach_rad, near);
+    const BodyState& body = row.bodies[static_cast<std::size_t>(index)];
+    body.shape->cull(rays, in_frame(body, row.reach_rad), near);
     return near.any();
 }
 

@@ -30,17 +30,25 @@ void turn_rays(const Mat3& m, const Vec3s& origin, const Vec3s& start, Vec3 body
 
 void to_body_frame(const Instants& instants, std::int32_t index, const PathPacket& paths, RayPacket& rays) {
     rays.detail = instants.front().bodies[static_cast<std::size_t>(index)].detail_view();
-    if (!instants.one()) {
+    rays.stretched = instants.moves(index);
+    if (!instants.one() || rays.stretched) {
         for (int i = 0; i < packet_size; ++i) {
             const BodyState& body = instants.body(index, paths.instant, i);
-            const Vec3 offset_m = paths.start.lane(i) - body.position_m;
+            const Vec3 offset_m = paths.start.lane(i) - body.seen.position_at(paths.travelled_m[i]);
             rays.origin.set(i, body.from_inertial * (paths.origin.lane(i) + offset_m));
-            rays.direction.set(i, body.from_inertial * paths.direction.lane(i));
+            Vec3 direction = paths.direction.lane(i);
+            if (rays.stretched) {
+                direction = direction + body.seen.beta;
+                rays.stretch[i] = length(direction);
+                direction = direction / rays.stretch[i];
+            }
+            rays.direction.set(i, body.from_inertial * direction);
         }
         return;
     }
     const BodyState& body = instants.front().bodies[static_cast<std::size_t>(index)];
-    turn_rays(body.from_inertial, paths.origin, paths.start, body.position_m, paths.direction, rays);
+    turn_rays(body.from_inertial, paths.origin, paths.start, body.seen.pose.position_m, paths.direction,
+              rays);
 }
 
 std::size_t compact(std::span<PathPacket> paths, std::size_t channels) {

@@ -20,7 +20,7 @@ constexpr double delta_pdf = no_hit;
 struct PathPacket {
     Vec3s origin;    ///< inertial axes, relative to `start`
     Vec3s direction; ///< inertial axes
-    Vec3s start;     ///< position of the body that the path left, or of the camera; inertial
+    Vec3s start;     ///< position of the body that the path left, when it did, or of the camera; inertial
     Lanes alive;
     Channels throughput;
     Doubles pdf;         ///< of `direction` by BSDF sampling, 1/sr; or delta_pdf
@@ -34,9 +34,12 @@ struct PathPacket {
     Doubles level_u;   ///< see RayPacket
     /// The camera ray that the path began with: packet of the batch times packet_size plus lane.
     std::int32_t owner[packet_size];
+
+    /// Path length from the camera to the hit of a lane.
+    [[nodiscard]] double path_m(int lane) const { return travelled_m[lane] + hits.t[lane]; }
 };
 
-/// Transforms the rays of `paths` to the frame of body `body`: sets origin and direction of `rays`.
+/// Transforms the rays of `paths` to the frame of body `body`: sets origin, direction and stretch of `rays`.
 void to_body_frame(const Instants& instants, std::int32_t body, const PathPacket& paths, RayPacket& rays);
 
 /// Moves the paths that are alive to the front, so that packets stay full, and adds their last ray to

@@ -3,6 +3,7 @@
 
 #include "renderer/packets/frames.hpp"
 #include "renderer/packets/lanes.hpp"
+#include "renderer/shapes/stretched_rays.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,6 +16,13 @@ namespace {
 constexpr std::uint32_t planetshine_pairs = 0x10000000;
 /// At vertices in direct sunlight, sources below this share of the Sun's irradiance are left to chance.
 constexpr double min_sunlit_ratio = 2e-3;
+
+/// Direction of light in the frame of `source`, in that of `here`; `turn`: from here to there.
+Vec3 turned_back(const BodyState& here, const BodyState& source, const Mat3& turn, Vec3 direction) {
+    double stretch = 1;
+    return tilts(here, source) ? relative_direction(source, here, direction, stretch)
+                               : transposed(turn) * direction;
+}
 
 void copy_lanes(const Lanes& which, const SurfacePacket& from, SurfacePacket& to) {
     copy_lanes(which, from.position, to.position);
@@ -56,6 +64,8 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
     vertex.count = 0;
     vertex.body = -1;
     vertex.here = {};
+    HitPacket scratch;
+    const HitPacket* in_frame = &hits;
     for (int lane = 0; lane < packet_size; ++lane) {
         if (left.on[lane] == 0) continue;
         const std::int32_t index = hits.body[lane];
@@ -65,6 +75,7 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
         if (vertex.body < 0) {
             vertex.body = index;
             to_body_frame(instants_, index, paths, vertex.view);
+            in_frame = &hits_in_frame(vertex.view, hits, scratch);
         }
         Lanes here{};
         for (int i = lane; i < packet_size; ++i)
@@ -76,16 +87,16 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
         // The first body's surface fills all lanes, so that lanes of other bodies hold finite numbers.
         SurfacePacket own;
         SurfacePacket& surface = vertex.count == 0 ? vertex.surface : own;
-        body.shape->surface(vertex.view, hits, index, surface);
-        if (emitted != nullptr) add_emission(index, here, surface, vertex.view, hits, paths, *emitted);
+        body.shape->surface(vertex.view, *in_frame, index, surface);
+        if (emitted != nullptr) add_emission(index, here, surface, vertex.view, *in_frame, paths, *emitted);
         if (body.material == nullptr) {
             if (vertex.count == 0) vertex.body = -1;
             continue;
         }
-        vertex.varies[vertex.count] = colour(index, here, hits, paths, vertex.view, surface, vertex.colour,
-                                             vertex.varied[vertex.count]);
+        vertex.varies[vertex.count] = colour(index, here, *in_frame, paths, vertex.view, surface,
+                                             vertex.colour, vertex.varied[vertex.count]);
         Doubles unresolved;
-        const bool rougher = body.shape->unresolved_slopes(hits, index, unresolved);
+        const bool rougher = body.shape->unresolved_slopes(*in_frame, index, unresolved);
         if (rougher && std::none_of(vertex.rougher, vertex.rougher + vertex.count, [](bool r) { return r; }))
             vertex.unresolved = unresolved;
         else if (rougher)
@@ -193,17 +204,17 @@ void PathTracer::sample_planetshine(const PathVertex& vertex, const PathPacket& 
         if (active.on[i] == 0) continue;
         const std::int32_t index = planetshine_source(vertex, paths, i, slot).body;
         const BodyState& source = instants_.body(index, paths.instant, i);
-        if (turned_to != index || !instants_.one()) {
-            const BodyState& here = instants_.body(vertex.body, paths.instant, i);
+        const BodyState& here = instants_.body(vertex.body, paths.instant, i);
+        if (turned_to != index || !instants_.one() || tilts(here, source)) {
             turn = relative_rotation(here, source);
-            offset = relative_origin(here, source);
+            offset = relative_origin(here, source, paths.path_m(i));
             turned_to = index;
         }
         const LitDisc disc(*source.shape, turn * vertex.surface.shadow_origin.lane(i) + offset, source.sun_m,
                            sun_.radius_m);
         Vec3 direction;
         inverse_pdf[i] = disc.sample(LitDisc::Part::lit, u[i], v[i], direction);
-        if (inverse_pdf[i] > 0) light.set(i, transposed(turn) * direction);
+        if (inverse_pdf[i] > 0) light.set(i, turned_back(here, source, turn, direction));
     }
 }
 
@@ -214,9 +225,9 @@ void PathTracer::aim_at_planetshine(const PathVertex& vertex, const PathPacket& 
     probe.instant = paths.instant;
     if (terrain_) probe.level_u = paths.level_u;
     instants_.to_inertial(vertex.body, probe.instant, vertex.surface.shadow_origin, probe.origin);
-    instants_.to_inertial(vertex.body, probe.instant, light, probe.direction);
+    instants_.directions_to_inertial(vertex.body, probe.instant, light, probe.direction);
     for (int i = 0; i < packet_size; ++i) {
-        probe.start.set(i, instants_.body(vertex.body, probe.instant, i).position_m);
+        probe.start.set(i, instants_.body(vertex.body, probe.instant, i).seen.position_at(paths.path_m(i)));
         const bool open = dot(light.lane(i), vertex.surface.facet_normal.lane(i)) > 0;
         probe.alive.on[i] = active.on[i] != 0 && open && r[i] * inverse_pdf[i] > 0 ? -1 : 0;
         double value = 0;
@@ -227,7 +238,7 @@ void PathTracer::aim_at_planetshine(const PathVertex& vertex, const PathPacket& 
         }
         for (std::size_t c = 0; c < channels(); ++c)
             probe.throughput.v[c][i] = paths.throughput.v[c][i] * vertex.colour.v[c][i] * value;
-        probe.travelled_m[i] = paths.travelled_m[i] + paths.hits.t[i];
+        probe.travelled_m[i] = paths.path_m(i);
     }
 }
 
@@ -358,7 +369,7 @@ void PathTracer::follow(PathPacket& paths) {
         if (body.frame != frame) to_body_frame(instants_, index, paths, rays);
         frame = body.frame;
         rays.detail = body.detail_view();
-        body.shape->intersect(rays, index, hits);
+        intersect_stretched(*body.shape, rays, index, hits);
     }
     for (int i = 0; i < packet_size; ++i)
         if (hits.body[i] < 0) paths.alive.on[i] = 0;

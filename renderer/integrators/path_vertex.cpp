@@ -184,14 +184,14 @@ void sample_bsdf(const Instants& instants, const PathVertex& vertex, const Doubl
     Vec3s origin;
     Vec3s direction;
     instants.to_inertial(vertex.body, next.instant, vertex.surface.shadow_origin, origin);
-    instants.to_inertial(vertex.body, next.instant, in, direction);
+    instants.directions_to_inertial(vertex.body, next.instant, in, direction);
     copy_lanes(vertex.here, origin, next.origin);
     copy_lanes(vertex.here, direction, next.direction);
     for (int i = 0; i < packet_size; ++i) {
         scale[i] *= mirrored.on[i] != 0 ? 1 : r[i];
         if (vertex.here.on[i] == 0) continue;
         next.alive.on[i] = scale[i] > 0 ? -1 : 0;
-        next.start.set(i, instants.body(vertex.body, next.instant, i).position_m);
+        next.start.set(i, instants.body(vertex.body, next.instant, i).seen.position_at(next.path_m(i)));
     }
     // Update the throughput.
     for (std::size_t c = 0; c < channels; ++c)

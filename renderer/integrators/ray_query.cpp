@@ -17,10 +17,14 @@ void nearest_distances(const RowState& row, std::span<const Vec3> origins_m, std
     std::fill(distances_m.begin(), distances_m.end(), no_hit);
     for (const BodyState& body : row.bodies) {
         for (std::size_t i = 0; i < origins.size(); ++i) {
-            origins[i] = body.from_inertial * (origins_m[i] - body.position_m);
-            towards[i] = body.from_inertial * directions[i];
+            origins[i] = body.from_inertial * (origins_m[i] - body.seen.position_at(0));
+            towards[i] = body.from_inertial *
+                         (body.seen.moves() ? normalized(directions[i] + body.seen.beta) : directions[i]);
         }
         distances_along(*body.shape, origins, towards, distances, body.detail_view());
+        if (body.seen.moves())
+            for (std::size_t i = 0; i < distances.size(); ++i)
+                distances[i] /= body.seen.stretch(directions[i]);
         std::transform(distances.begin(), distances.end(), distances_m.begin(), distances_m.begin(),
                        [](double a, double b) { return std::min(a, b); });
     }

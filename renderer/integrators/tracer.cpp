@@ -3,6 +3,7 @@
 
 #include "renderer/integrators/rough_ground.hpp"
 #include "renderer/lights/sunlight.hpp"
+#include "renderer/shapes/stretched_rays.hpp"
 
 #include <algorithm>
 
@@ -65,7 +66,7 @@ void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<co
     for (const std::int32_t index : candidates) {
         instants_.from_camera(index, instant, direction, rays);
         rays.sunlight_only = level_u != nullptr && sunlight_only();
-        row_.bodies[static_cast<std::size_t>(index)].shape->intersect(rays, index, hits);
+        intersect_stretched(*row_.bodies[static_cast<std::size_t>(index)].shape, rays, index, hits);
     }
 }
 
@@ -95,9 +96,10 @@ void Tracer::radiance(std::span<CameraRays> batch) {
 void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& u, const Doubles& v,
                      Doubles& radiance) {
     const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
-    const HitPacket& hits = rays.hits;
     RayPacket view;
     instants_.from_camera(index, rays.instant, rays.direction, view);
+    HitPacket scratch;
+    const HitPacket& hits = hits_in_frame(view, rays.hits, scratch);
     Lanes left;
     for (int i = 0; i < packet_size; ++i)
         left.on[i] = hits.body[i] == index ? -1 : 0;
@@ -155,7 +157,7 @@ void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& 
         body.shape->occlude(shadow);
     }
     for (const std::int32_t other : body.occluders)
-        occlude_by(index, other, rays.instant, surface.shadow_origin, shadow);
+        occlude_by(index, other, rays.instant, surface.shadow_origin, rays.hits.t, shadow);
     for (int i = 0; i < packet_size; ++i)
         if (shadow.active.on[i] != 0) radiance.v[i] = r.v[i] * sun_radiance_ * solid_angle.v[i];
 }
@@ -167,7 +169,9 @@ void Tracer::reflect_kept(std::int32_t index, const CameraRays& rays, const RayP
     for (int i = 0; i < packet_size; ++i)
         width_m[i] = left.on[i] != 0 ? rays.hits.t[i] * ray_width_rad_ : 0.0;
     SunlitPacket lit;
-    if (!body.shape->sunlit(view, rays.hits, index, width_m, lit)) return;
+    HitPacket scratch;
+    const HitPacket& hits = hits_in_frame(view, rays.hits, scratch);
+    if (!body.shape->sunlit(view, hits, index, width_m, lit)) return;
     bool dark = true;
     for (int i = 0; i < packet_size; ++i)
         dark = dark && (left.on[i] == 0 || (lit.known.on[i] != 0 && !(lit.visible[i] > 0)));
@@ -192,10 +196,10 @@ void Tracer::reflect_kept(std::int32_t index, const CameraRays& rays, const RayP
     const SurfaceTextures* const textures = body.built->textures.get();
     if (textures != nullptr) {
         SurfacePacket turned = surface; // the means stay
-        textures->apply(*body.shape, view, rays.hits, index, width_m, 1, turned, factor, varied);
+        textures->apply(*body.shape, view, hits, index, width_m, 1, turned, factor, varied);
     }
     Doubles r, unresolved;
-    const bool rougher = body.shape->unresolved_slopes(rays.hits, index, unresolved);
+    const bool rougher = body.shape->unresolved_slopes(hits, index, unresolved);
     ground_reflectance(*body.material, surface, view.direction, shadow.direction,
                        textures != nullptr && textures->varies() ? &varied : nullptr,
                        rougher ? &unresolved : nullptr, r);
@@ -214,19 +218,20 @@ void Tracer::reflect_kept(std::int32_t index, const CameraRays& rays, const RayP
         shadow.level_u = rays.level_u;
         instants_.sample_sun(index, rays.instant, surface.position, even, u, v, shadow.direction, unused);
         for (const std::int32_t occluder : body.occluders)
-            occlude_by(index, occluder, rays.instant, surface.shadow_origin, shadow);
+            occlude_by(index, occluder, rays.instant, surface.shadow_origin, rays.hits.t, shadow);
     }
     for (int i = 0; i < packet_size; ++i)
         if (shadow.active.on[i] != 0) radiance.v[i] = r[i] * sun_radiance_ * solid_angle[i];
 }
 
 void Tracer::occlude_by(std::int32_t body, std::int32_t other, const Words& instant, const Vec3s& origin,
-                        RayPacket& rays) {
+                        const Doubles& path_m, RayPacket& rays) {
     if (!rays.active.any()) return;
     counts_.rays += static_cast<std::uint64_t>(rays.active.count());
     RayPacket moved;
-    instants_.between(body, other, instant, origin, rays.direction, moved);
+    instants_.between(body, other, instant, origin, rays.direction, path_m, moved);
     moved.t_max = rays.t_max;
+    stretch_limits(moved);
     moved.active = rays.active;
     moved.coherent = rays.coherent;
     if (terrain_) moved.level_u = rays.level_u;

@@ -73,9 +73,10 @@ public:
     void count_samples(const Lanes& active) { counts_.samples += static_cast<std::uint64_t>(active.count()); }
 
 protected:
-    /// Switches off the active shadow rays (frame of `body`, from `origin`) that `other` blocks.
+    /// Switches off the active shadow rays (frame of `body`, from `origin` at the end of camera rays of the
+    /// length `path_m`) that `other` blocks.
     void occlude_by(std::int32_t body, std::int32_t other, const Words& instant, const Vec3s& origin,
-                    RayPacket& rays);
+                    const Doubles& path_m, RayPacket& rays);
     void intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
                    HitPacket& hits, const Words& instant, const Doubles* level_u);
 

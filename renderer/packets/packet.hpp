@@ -64,6 +64,10 @@ struct RayPacket {
     Doubles t_max;
     Lanes active;
     bool coherent = true; ///< similar directions: a hint for traversal
+    /// Lengths in this frame of a unit of the distances that callers count, where the body moves along the
+    /// light (renderer/world/light_time.hpp); only if `stretched`, else 1.
+    Doubles stretch;
+    bool stretched = false;
     /// Level of detail of terrain (detail_view.hpp), for the body that is traced next; null: a fixed one.
     const DetailView* detail = nullptr;
     /// Only direct sunlight is wanted of the hits: where none can be, they need not be exact.

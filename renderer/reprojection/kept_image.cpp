@@ -15,7 +15,7 @@ void KeptView::set(Time at, const RowState& row) {
     beta = row.beta;
     bodies.resize(row.bodies.size());
     std::transform(row.bodies.begin(), row.bodies.end(), bodies.begin(), [](const BodyState& body) {
-        return Body{body.from_camera, body.camera_m, body.sun_m};
+        return Body{body.from_camera, body.camera_m, body.sun_m, body.beta, body.seen.moves()};
     });
 }
 
@@ -39,7 +39,7 @@ KeptView::Change KeptView::change_to(const RowState& row, const Projection& lens
         const auto angle = [](Vec3 u, Vec3 v) { return std::atan2(length(cross(u, v)), dot(u, v)); };
         change.sun_rad = std::max(change.sun_rad, angle(then.sun_m, body.sun_m));
         // Points of the body turn about its centre, which moves too.
-        const Vec3 centre_then = transposed(then.from_camera) * -then.camera_m;
+        const Vec3 centre_then = then.to_camera(-then.camera_m);
         double shift_px = angle(centre_then, body.direction) / lens.pixel_angle_rad();
         if (const auto before = lens.project(centre_then), after = lens.project(body.direction);
             before && after)

@@ -21,7 +21,13 @@ namespace obscura::renderer {
 struct KeptView {
     struct Body {
         Mat3 from_camera; ///< as in BodyState
-        Vec3 camera_m, sun_m;
+        Vec3 camera_m, sun_m, beta;
+        bool moves; ///< `beta` is not 0
+
+        /// See BodyState::to_camera().
+        [[nodiscard]] Vec3 to_camera(Vec3 from_camera_m) const {
+            return transposed(from_camera) * (moves ? untilted(from_camera_m, beta) : from_camera_m);
+        }
     };
     Time mid{};
     Mat3 camera_from_inertial{};

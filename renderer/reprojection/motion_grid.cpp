@@ -50,7 +50,7 @@ std::optional<ImagePoint> seen(const MotionGrid::View& view, const KeptView& the
                                Vec3 point, double& weight_sr) {
     if (body < 0) return then.project(view.own_lens, then.camera_from_inertial * point, weight_sr);
     const KeptView::Body& b = then.bodies[static_cast<std::size_t>(body)];
-    return then.project(view.own_lens, transposed(b.from_camera) * (point - b.camera_m), weight_sr);
+    return then.project(view.own_lens, b.to_camera(point - b.camera_m), weight_sr);
 }
 
 } // namespace
@@ -109,7 +109,7 @@ MotionGrid::Motion MotionGrid::motion_of(const View& view, std::int32_t body, Ve
     Vec3 point = view.row.inertial_from_camera * direction;
     if (body >= 0) {
         const BodyState& b = view.row.bodies[static_cast<std::size_t>(body)];
-        point = b.camera_m + b.from_camera * (t_m * direction);
+        point = b.camera_m + (b.from_camera * (t_m * direction) + t_m * b.beta);
     }
     if (view.from.window().line_y) return line_motion_of(view, body, point, weight_sr, x, y);
     double weight = 0;

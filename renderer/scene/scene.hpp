@@ -401,8 +401,8 @@ struct Scene {
     std::vector<SpectralBand> bands{SpectralBand{}};
     std::vector<StrayLight> stray_light{};
     std::vector<Landmark> landmarks{};
-    /// Light-time correction: bodies are seen where they were when the light left them. Not between bodies:
-    /// shadows and light of one on another use the positions that the camera sees.
+    /// Light-time correction: points of bodies are seen where they were when their light left them, also
+    /// from one body to another (renderer/world/light_time.hpp).
     bool light_time = false;
     bool aberration = false; ///< stellar aberration by the camera's velocity
     /// Light from stars and bodies is bent by the Sun's gravity. Bodies are shifted as a whole, as the light

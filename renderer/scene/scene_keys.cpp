@@ -28,7 +28,7 @@ config::Keys keys_of(Scene& s) {
             .help("Largest number of reflections after the first; "
                   "0: direct light only, 1: also what other bodies reflect to a body (planetshine)"),
         config::key("light_time", &s.light_time)
-            .help("Correct for light time: show bodies where they were when the light left them"),
+            .help("Correct for light time: show points of bodies where they were when their light left them"),
         config::key("aberration", &s.aberration)
             .help("Apply stellar aberration: directions are those seen from the moving camera"),
         config::key("light_deflection", &s.light_deflection)

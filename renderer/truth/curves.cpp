@@ -182,7 +182,7 @@ void BodyCurve::find_on_heights(const SurfaceTiles& tiles, RowStates& states) {
 }
 
 Vec3 BodyCurve::viewer_m(const TruthState& state) const {
-    return to_local(state.bodies[body_], kind_ == TruthKind::limb ? state.camera.position_m : state.sun_m);
+    return kind_ == TruthKind::limb ? state.eye_m(body_) : state.sun_from_m(body_);
 }
 
 bool BodyCurve::has(const TruthState& state, std::uint32_t i) const {
@@ -200,7 +200,7 @@ std::optional<Vec3> BodyCurve::about_m(const TruthScene& scene, std::size_t body
                                        double azimuth_rad) {
     const Shape& shape = *scene.bodies[body].shape;
     const Vec3 radii = shape.ellipsoid_radii_m();
-    const Vec3 viewer = to_local(state.bodies[body], state.camera.position_m);
+    const Vec3 viewer = state.eye_m(body);
     if (radii.x > 0) {
         if (!(length_squared(matrix_product(viewer, inverse(radii))) > 1)) return std::nullopt;
         return ellipsoid_limb(radii, viewer, azimuth_rad);
@@ -219,7 +219,7 @@ bool BodyCurve::near_side(const TruthState& state, std::uint32_t i) const {
     if (!(radii_m_.x > 0))
         return faces_camera(scene_, state, body_, point_m(state, i), surface_slack_m(scene_, body_));
     const Vec3 scale = inverse(radii_m_);
-    const Vec3 camera = matrix_product(to_local(state.bodies[body_], state.camera.position_m), scale);
+    const Vec3 camera = matrix_product(state.eye_m(body_), scale);
     return dot(matrix_product(point_m(state, i), scale), camera) > 1;
 }
 
@@ -227,7 +227,7 @@ bool BodyCurve::lit(const TruthState& state, std::uint32_t i) const {
     if (!(radii_m_.x > 0))
         return is_lit(scene_, state, body_, point_m(state, i), surface_slack_m(scene_, body_));
     const Vec3 scale = inverse(radii_m_);
-    const Vec3 sun = matrix_product(to_local(state.bodies[body_], state.sun_m), scale);
+    const Vec3 sun = matrix_product(state.sun_from_m(body_), scale);
     return dot(matrix_product(point_m(state, i), scale), sun) > 1;
 }
 

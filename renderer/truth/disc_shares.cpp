@@ -18,11 +18,11 @@ constexpr int disc_rays = 128;
 DiscShares disc_shares(const TruthScene& scene, const RowStates& states, std::size_t body, std::size_t window,
                        const TruthState& state) {
     const Shape& shape = *scene.bodies[body].shape;
-    const Pose& pose = state.bodies[body];
-    const Vec3 to_body = pose.position_m - state.camera.position_m;
+    const ApparentBody& apparent = state.bodies[body];
+    const Vec3 to_body = apparent.pose.position_m - state.camera.position_m;
     const double distance = length(to_body), radius = shape.bounding_radius_m();
     if (!(distance > radius)) return {1, 1};
-    const Quat own = conjugate(pose.orientation);
+    const Vec3 eye = state.eye_m(body);
     const Vec3 axis = to_body / distance;
     Vec3 u, v;
     orthonormal_basis(axis, u, v);
@@ -33,7 +33,7 @@ DiscShares disc_shares(const TruthScene& scene, const RowStates& states, std::si
         const double r = rim * std::sqrt((i + 0.5) / disc_rays);
         const double a = i * std::numbers::pi * (3 - std::sqrt(5.0));
         const Vec3 ray = normalized(to_body + r * std::cos(a) * u + r * std::sin(a) * v);
-        const double range = distance_along(shape, rotate(own, -to_body), rotate(own, ray));
+        const double range = distance_along(shape, eye, apparent.direction(ray)) / apparent.stretch(ray);
         if (range == no_hit) continue;
         ++disc;
         const Vec3 direction = state.camera_from_inertial * ray;

@@ -19,10 +19,9 @@ FieldCone::FieldCone(const TruthScene& scene, RowStates& states, std::size_t bod
     for (const FrameWindow& window : states.windows())
         last = std::max(last, window.image_y + window.sensor.height - 1);
     rows_ = {&states.at(0, middle), &states.at(last / 2, middle), &states.at(last, middle)};
-    const auto eye_of = [&](const TruthState& s) { return to_local(s.bodies[body], s.camera.position_m); };
+    const auto eye_of = [&](const TruthState& s) { return s.eye_m(body); };
     const auto boresight_of = [&](const TruthState& s) {
-        return rotate(conjugate(s.bodies[body].orientation),
-                      transposed(s.camera_from_inertial) * Vec3{0, 0, 1});
+        return s.bodies[body].direction(transposed(s.camera_from_inertial) * Vec3{0, 0, 1});
     };
     eye_m_ = eye_of(*rows_[1]);
     boresight_ = boresight_of(*rows_[1]);
@@ -30,7 +29,7 @@ FieldCone::FieldCone(const TruthScene& scene, RowStates& states, std::size_t bod
     for (const TruthState* const row : rows_) {
         moved_m_ = std::max(moved_m_, length(eye_of(*row) - eye_m_));
         field_rad_ = std::max(field_rad_, scene.field_rad + cone_angle(boresight_of(*row), boresight_) +
-                                              2 * length(row->beta));
+                                              2 * (length(row->beta) + length(row->bodies[body].beta)));
     }
 }
 

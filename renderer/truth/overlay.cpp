@@ -105,7 +105,7 @@ private:
     [[nodiscard]] OverlayBody body(std::size_t b) {
         OverlayBody out;
         out.name = scene_.scene.bodies[b].name;
-        out.position_m = middle_.bodies[b].position_m;
+        out.position_m = middle_.bodies[b].pose.position_m;
         const auto towards = [&](const TruthState& s) { return towards_point(s, b, {}); };
         const Vec3 direction = towards(middle_);
         out.range_m = length(direction);

@@ -75,10 +75,12 @@ const TruthState& RowStates::at(std::int32_t row, std::uint32_t instant) {
 
 const TruthState& RowStates::state_at(double time_s) {
     // The memory is released without destructors.
-    static_assert(std::is_trivially_destructible_v<TruthState> && std::is_trivially_destructible_v<Pose>);
+    static_assert(std::is_trivially_destructible_v<TruthState> &&
+                  std::is_trivially_destructible_v<ApparentBody>);
     TruthState& s = *std::pmr::polymorphic_allocator<>(&memory_).new_object<TruthState>();
     const std::size_t count = scene_.bodies.size();
-    const std::span<Pose> bodies(std::pmr::polymorphic_allocator<Pose>(&memory_).allocate(count), count);
+    const std::span<ApparentBody> bodies(
+        std::pmr::polymorphic_allocator<ApparentBody>(&memory_).allocate(count), count);
     s.time_s = time_s;
     const bool changed = !body_changes_.empty();
     s.camera = camera_pose(scene_.scene, scene_.bodies, s.time_s);
@@ -87,8 +89,12 @@ const TruthState& RowStates::state_at(double time_s) {
     s.beta = camera_beta(scene_.scene, scene_.bodies, s.time_s);
     s.sun_m = scene_.scene.sun.position_at(time_s);
     for (std::size_t b = 0; b < count; ++b) {
-        const Pose pose = apparent_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s);
-        std::construct_at(&bodies[b], changed ? body_changes_[b].of(pose) : pose);
+        ApparentBody body = apparent_body(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s);
+        if (changed) {
+            body.pose = body_changes_[b].of(body.pose);
+            body.range_m = length(body.pose.position_m - s.camera.position_m);
+        }
+        std::construct_at(&bodies[b], body);
     }
     s.bodies = bodies;
     return s;

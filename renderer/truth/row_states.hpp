@@ -54,7 +54,14 @@ struct TruthState {
     Mat3 camera_from_inertial;
     Vec3 beta;  ///< camera velocity over the speed of light, camera axes
     Vec3 sun_m; ///< centre of the Sun, inertial
-    std::span<const Pose> bodies;
+    std::span<const ApparentBody> bodies;
+
+    /// Origin of camera rays in the frame of a body.
+    [[nodiscard]] Vec3 eye_m(std::size_t body) const { return bodies[body].eye_m(camera.position_m); }
+    /// Centre of the Sun in the frame of a body.
+    [[nodiscard]] Vec3 sun_from_m(std::size_t body) const {
+        return rotate(conjugate(bodies[body].pose.orientation), bodies[body].to_sun_m(sun_m));
+    }
 };
 
 /// Where the light of an object lands in a window.

@@ -391,7 +391,7 @@ private:
             const std::optional<Landing> landing = states_.land(w, towards, seen);
             const TruthState& state = landing ? *landing->state : states_.middle_of(w);
             const DiscShares shares = disc_shares(scene_, states_, b, w, state);
-            entry.range_m = length(state.bodies[b].position_m - state.camera.position_m);
+            entry.range_m = length(state.bodies[b].pose.position_m - state.camera.position_m);
             entry.x_px = entry.y_px = TruthEntry::unknown;
             if (landing) set_place(entry, w, *landing);
             entry.visible_share = shares.seen;

@@ -24,7 +24,7 @@ DetailView detail_of(const TruthScene& scene, const TruthState& state, std::size
     DetailView detail;
     const SurfaceTiles* const tiles = scene.bodies[body].shape->tiles();
     if (tiles == nullptr) return detail;
-    detail.eye_m = to_local(state.bodies[body], state.camera.position_m);
+    detail.eye_m = state.eye_m(body);
     detail.cell_rad = tiles->cell_px() * scene.lens.pixel_angle_rad();
     detail.wait = scene.wait_for_tiles;
     detail.version = scene.tile_versions[body];
@@ -78,7 +78,7 @@ void face_cameras(const TruthScene& scene, std::span<const TruthState* const> st
         std::array<double, packet_size> wanted{}, ranges{};
         for (std::size_t i = 0; i < count; ++i) {
             const TruthState& state = *states[first + i];
-            cameras[i] = to_local(state.bodies[body], state.camera.position_m);
+            cameras[i] = state.eye_m(body);
             wanted[i] = length(point_m - cameras[i]);
             towards[i] = (point_m - cameras[i]) / wanted[i];
         }
@@ -96,15 +96,15 @@ bool is_hidden(const TruthScene& scene, const TruthState& state, Vec3 direction,
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         if (b == but) continue;
         const Shape& shape = *scene.bodies[b].shape;
-        const Vec3 to_body = state.bodies[b].position_m - state.camera.position_m;
+        const ApparentBody& seen = state.bodies[b];
+        const Vec3 eye = state.eye_m(b), towards = seen.direction(unit);
         const double radius = shape.bounding_radius_m();
         // The line passes the bounding sphere.
-        const double along = dot(to_body, unit);
-        if (length_squared(to_body) > radius * radius &&
-            (along < 0 || length_squared(cross(to_body, unit)) > radius * radius))
+        const double along = -dot(eye, towards);
+        if (length_squared(eye) > radius * radius &&
+            (along < 0 || length_squared(cross(eye, towards)) > radius * radius))
             continue;
-        const Quat own = conjugate(state.bodies[b].orientation);
-        if (range_to(scene, state, b, rotate(own, -to_body), rotate(own, unit)) < range_m) return true;
+        if (range_to(scene, state, b, eye, towards) < range_m * seen.stretch(unit)) return true;
     }
     return false;
 }
@@ -120,13 +120,16 @@ bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t 
 bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m,
             double slack_m) {
     if (!(scene.scene.sun.irradiance_scale > 0)) return false;
-    const Vec3 surface = to_parent(state.bodies[body], point_m);
+    const ApparentBody& own = state.bodies[body];
+    const double path_m = length(own.towards(state.camera.position_m, point_m));
+    const Vec3 surface = own.position_at(path_m) + rotate(own.pose.orientation, point_m);
     const Vec3 to_sun = normalized(state.sun_m - surface);
     const Vec3 point = surface + slack_m * to_sun;
-    for (std::size_t b = 0; b < scene.scene.bodies.size(); ++b)
-        if (range_to(scene, state, b, to_local(state.bodies[b], point),
-                     rotate(conjugate(state.bodies[b].orientation), to_sun)) != no_hit)
-            return false;
+    for (std::size_t b = 0; b < scene.scene.bodies.size(); ++b) {
+        const ApparentBody& other = state.bodies[b];
+        const Vec3 from = rotate(conjugate(other.pose.orientation), point - other.position_at(path_m));
+        if (range_to(scene, state, b, from, other.direction(to_sun)) != no_hit) return false;
+    }
     return true;
 }
 

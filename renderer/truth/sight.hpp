@@ -45,9 +45,9 @@ void face_cameras(const TruthScene& scene, std::span<const TruthState* const> st
 [[nodiscard]] bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m,
                           double slack_m);
 
-/// From the camera to a point of a body (body frame), camera axes, m.
+/// From the camera to a point of a body (body frame), camera axes, m: as long as the light's path.
 [[nodiscard]] inline Vec3 towards_point(const TruthState& state, std::size_t body, Vec3 point_m) {
-    return state.camera_from_inertial * (to_parent(state.bodies[body], point_m) - state.camera.position_m);
+    return state.camera_from_inertial * state.bodies[body].towards(state.camera.position_m, point_m);
 }
 
 } // namespace obscura::renderer

@@ -13,34 +13,61 @@ namespace obscura::renderer {
 void Instants::from_camera(std::int32_t index, const Words& instant, const Vec3s& direction,
                            RayPacket& rays) const {
     rays.detail = front().bodies[static_cast<std::size_t>(index)].detail_view();
+    rays.stretched = moves(index);
     if (one()) {
         const BodyState& b = front().bodies[static_cast<std::size_t>(index)];
-        transform(b.from_camera, direction, {}, rays.direction);
+        if (rays.stretched)
+            transform_tilted(b.from_camera, direction, b.beta, rays.direction, rays.stretch);
+        else
+            transform(b.from_camera, direction, {}, rays.direction);
         set_all(rays.origin, b.camera_m);
         return;
     }
     for (int i = 0; i < packet_size; ++i) {
         const BodyState& b = body(index, instant, i);
-        rays.direction.set(i, b.from_camera * direction.lane(i));
+        Vec3 d = b.from_camera * direction.lane(i);
+        if (rays.stretched) {
+            d = d + b.beta;
+            rays.stretch[i] = length(d);
+            d = d / rays.stretch[i];
+        }
+        rays.direction.set(i, d);
         rays.origin.set(i, b.camera_m);
     }
 }
 
+bool Instants::moves(std::int32_t body) const {
+    return std::any_of(states_.begin(), states_.end(), [&](const RowState& row) {
+        return row.bodies[static_cast<std::size_t>(body)].seen.moves();
+    });
+}
+
 void Instants::between(std::int32_t from, std::int32_t to, const Words& instant, const Vec3s& origin,
-                       const Vec3s& direction, RayPacket& out) const {
+                       const Vec3s& direction, const Doubles& path_m, RayPacket& out) const {
     out.detail = front().bodies[static_cast<std::size_t>(to)].detail_view();
+    out.stretched = moves(from) || moves(to);
+    if (out.stretched) {
+        for (int i = 0; i < packet_size; ++i) {
+            const BodyState& a = body(from, instant, i);
+            const BodyState& b = body(to, instant, i);
+            const Vec3 offset_m = a.seen.position_at(path_m[i]) - b.seen.position_at(path_m[i]);
+            out.origin.set(i, b.from_inertial * (a.to_inertial * origin.lane(i) + offset_m));
+            out.direction.set(i, relative_direction(a, b, direction.lane(i), out.stretch[i]));
+        }
+        return;
+    }
     if (one()) {
         const BodyState& a = front().bodies[static_cast<std::size_t>(from)];
         const BodyState& b = front().bodies[static_cast<std::size_t>(to)];
         const Mat3 turn = relative_rotation(a, b);
-        transform(turn, origin, relative_origin(a, b), out.origin);
+        transform(turn, origin, relative_origin(a, b, 0), out.origin);
         transform(turn, direction, {}, out.direction);
         return;
     }
     for (int i = 0; i < packet_size; ++i) {
         const BodyState& a = body(from, instant, i);
         const BodyState& b = body(to, instant, i);
-        const Vec3 offset_m = a.position_m - b.position_m;
+        const Vec3 offset_m = a.seen.pose.position_m - b.seen.pose.position_m;
         out.origin.set(i, b.from_inertial * (a.to_inertial * origin.lane(i) + offset_m));
         out.direction.set(i, b.from_inertial * (a.to_inertial * direction.lane(i)));
     }
@@ -53,6 +80,14 @@ void Instants::to_inertial(std::int32_t index, const Words& instant, const Vec3s
     }
     for (int i = 0; i < packet_size; ++i)
         out.set(i, body(index, instant, i).to_inertial * in.lane(i));
+}
+
+void Instants::directions_to_inertial(std::int32_t index, const Words& instant, const Vec3s& in,
+                                      Vec3s& out) const {
+    to_inertial(index, instant, in, out);
+    if (!moves(index)) return;
+    for (int i = 0; i < packet_size; ++i)
+        out.set(i, normalized(untilted(out.lane(i), body(index, instant, i).seen.beta)));
 }
 
 void Instants::sample_sun(std::int32_t index, const Words& instant, const Vec3s& position,

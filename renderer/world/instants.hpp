@@ -36,13 +36,18 @@ public:
         return at(instant, lane).bodies[static_cast<std::size_t>(body)];
     }
 
-    /// Camera rays (unit, camera frame) in the frame of a body: sets origin and direction.
+    /// Whether a body moves along its light, at some instant: ApparentBody::moves().
+    [[nodiscard]] bool moves(std::int32_t body) const;
+    /// Camera rays (unit, camera frame) in the frame of a body: sets origin, direction and stretch.
     void from_camera(std::int32_t body, const Words& instant, const Vec3s& direction, RayPacket& rays) const;
-    /// Rays in the frame of body `from` in that of body `to`: sets origin and direction of `out`.
+    /// Rays in the frame of body `from` in that of body `to`: sets origin, direction and stretch of `out`.
+    /// They start at the end of paths from the camera of the length `path_m`.
     void between(std::int32_t from, std::int32_t to, const Words& instant, const Vec3s& origin,
-                 const Vec3s& direction, RayPacket& out) const;
-    /// Directions in the frame of a body, in inertial axes.
+                 const Vec3s& direction, const Doubles& path_m, RayPacket& out) const;
+    /// Vectors in the frame of a body, in inertial axes.
     void to_inertial(std::int32_t body, const Words& instant, const Vec3s& in, Vec3s& out) const;
+    /// Directions of light in the frame of a body, unit vectors, in the inertial frame.
+    void directions_to_inertial(std::int32_t body, const Words& instant, const Vec3s& in, Vec3s& out) const;
     /// Samples the Sun's disc from positions in the frame of a body: see renderer::sample_sun().
     void sample_sun(std::int32_t body, const Words& instant, const Vec3s& position, const scene::Sun& sun,
                     const Doubles& u, const Doubles& v, Vec3s& direction, Doubles& solid_angle_sr) const;

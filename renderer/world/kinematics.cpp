@@ -167,6 +167,12 @@ Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> b
     return inertial_velocity_m_s(bodies, camera.motion, camera.joint, parent, time_s);
 }
 
+Vec3 lamp_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, const scene::Lamp& lamp,
+                       double time_s) {
+    const std::int32_t parent = lamp.parent.empty() ? -1 : scene::index_of(scene.bodies, lamp.parent);
+    return inertial_velocity_m_s(bodies, lamp.motion, lamp.joint, parent, time_s);
+}
+
 Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
     const scene::Camera& camera = scene.camera;
     Pose pose = pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);

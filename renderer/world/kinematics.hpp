@@ -27,6 +27,9 @@ namespace obscura::renderer {
 /// over 0.1 s.
 [[nodiscard]] Vec3 body_velocity_m_s(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
 
+/// As body_velocity_m_s(), of a lamp.
+[[nodiscard]] Vec3 lamp_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                                     const scene::Lamp& lamp, double time_s);
 /// Velocity of the camera in the inertial frame for aberration: its own key, or as body_velocity_m_s().
 [[nodiscard]] Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                                        double time_s);

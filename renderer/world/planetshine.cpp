@@ -33,18 +33,19 @@ void find_planetshine(RowState& row) {
         const BodyState& source = row.bodies[b];
         if (source.material == nullptr || source.material->mirror_reflectance() >= 0) continue;
         const double radius = source.shape->bounding_radius_m();
-        const Vec3 to_sun = row.sun_m - source.position_m;
+        const Vec3 to_sun = row.sun_m - source.seen.pose.position_m;
         double bright = -1; // evaluated where it is used
         for (std::size_t a = 0; a < row.bodies.size(); ++a) {
             BodyState& body = row.bodies[a];
             if (a == b || body.material == nullptr) continue;
-            const Vec3 to_body = body.position_m - source.position_m;
+            const Vec3 to_body = body.seen.pose.position_m - source.seen.pose.position_m;
             const double near = length(to_body) - body.shape->bounding_radius_m();
             if (!(radius * radius < max_sine2 * near * near && near > 0)) continue;
             // The irradiance of a sphere at 1 au is as uncertain as its law; this is for the choice only.
             if (bright < 0) bright = brightness(source);
             const double cos_phase = dot(to_sun, to_body) / (length(to_sun) * length(to_body));
-            const double suns = length_squared(row.sun_m - body.position_m) / length_squared(to_sun);
+            const double suns =
+                length_squared(row.sun_m - body.seen.pose.position_m) / length_squared(to_sun);
             const double ratio = bright * radius * radius / (near * near) * (1.01 + cos_phase) / 2 * suns;
             auto& sources = body.planetshine;
             const auto place = std::find_if(sources.begin(), sources.end(),

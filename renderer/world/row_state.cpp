@@ -23,8 +23,7 @@ Mat3 product(const Mat3& a, const Mat3& b) {
 }
 
 bool same_pose(const BodyState& a, const BodyState& b) {
-    bool same = a.position_m.x == b.position_m.x && a.position_m.y == b.position_m.y &&
-                a.position_m.z == b.position_m.z;
+    bool same = a.seen.pose.position_m == b.seen.pose.position_m && a.seen.beta == b.seen.beta;
     for (int r = 0; r < 3; ++r)
         for (int k = 0; k < 3; ++k)
             same = same && a.to_inertial.m[r][k] == b.to_inertial.m[r][k];
@@ -33,16 +32,29 @@ bool same_pose(const BodyState& a, const BodyState& b) {
 
 /// Whether `b` can reach into the convex hull of the bounding sphere of `a` and the Sun.
 bool may_shade(const BodyState& a, const BodyState& b, Vec3 sun_m, double sun_radius_m) {
-    const Vec3 axis = sun_m - a.position_m;
+    const Vec3 axis = sun_m - a.seen.pose.position_m;
     const double axis_length = length(axis);
     const double ra = a.shape->bounding_radius_m();
-    const double rb = b.shape->bounding_radius_m();
-    const Vec3 offset = b.position_m - a.position_m;
+    // Where it is when the light leaves `a`; it moves on while light travels between the two.
+    const Vec3 offset = b.seen.position_at(a.seen.range_m) - a.seen.pose.position_m;
+    const double moved =
+        tilts(a, b) ? (length(a.seen.beta) + length(b.seen.beta)) * 2 * (length(offset) + ra) : 0;
+    const double rb = b.shape->bounding_radius_m() + moved;
     if (length(offset) <= ra + rb) return true;
     const double along = std::clamp(dot(offset, axis) / (axis_length * axis_length), 0.0, 1.0);
     const double slope = std::abs(sun_radius_m - ra) / axis_length;
     const double hull = (ra + (sun_radius_m - ra) * along) * std::sqrt(1 + slope * slope) + slope * rb;
     return length(offset - along * axis) <= hull + rb * std::sqrt(1 + slope * slope);
+}
+
+void set_occluders(double sun_radius_m, RowState& row) {
+    for (std::size_t a = 0; a < row.bodies.size(); ++a) {
+        if (row.bodies[a].material == nullptr) continue;
+        for (std::size_t b = 0; b < row.bodies.size(); ++b)
+            if (b != a && row.bodies[b].material != nullptr &&
+                may_shade(row.bodies[a], row.bodies[b], row.sun_m, sun_radius_m))
+                row.bodies[a].occluders.push_back(static_cast<std::int32_t>(b));
+    }
 }
 
 /// See BodyState::reference_radiance.
@@ -65,30 +77,75 @@ double reference_radiance(const BodyState& s) {
     return r[0] * factor * astronomical_unit_m * astronomical_unit_m / (sun_distance * sun_distance);
 }
 
+/// Pose at the instant `seen_s` at which the light left it that is at `camera_m` at `time_s`; with
+/// Scene::light_time else at `time_s`.
+template<typename PoseAt>
+Pose pose_at_emission(const scene::Scene& scene, Vec3 camera_m, double time_s, const PoseAt& pose_at,
+                      double& seen_s) {
+    Pose pose = pose_at(time_s);
+    seen_s = time_s;
+    if (!scene.light_time) return pose;
+    // Fixed-point iteration: each step reduces the error by the factor v / c; stop when it settles.
+    for (int step = 0; step < 20; ++step) {
+        const double next_s = time_s - length(pose.position_m - camera_m) / light_speed_m_s;
+        const bool settled = std::abs(next_s - seen_s) < 1e-12;
+        seen_s = next_s;
+        pose = pose_at(seen_s);
+        if (settled) break;
+    }
+    return pose;
+}
+
+Pose seen_pose_at(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i, Vec3 camera_m,
+                  double time_s, double& seen_s) {
+    return pose_at_emission(
+        scene, camera_m, time_s, [&](double t) { return body_pose(bodies, i, t); }, seen_s);
+}
+
 } // namespace
 
 Mat3 relative_rotation(const BodyState& from, const BodyState& to) {
     return product(transposed(to.to_inertial), from.to_inertial);
 }
 
-Vec3 relative_origin(const BodyState& from, const BodyState& to) {
-    return transposed(to.to_inertial) * (from.position_m - to.position_m);
+Vec3 relative_origin(const BodyState& from, const BodyState& to, double path_m) {
+    return to.from_inertial * (from.seen.position_at(path_m) - to.seen.position_at(path_m));
+}
+
+Vec3 relative_direction(const BodyState& from, const BodyState& to, Vec3 direction, double& stretch) {
+    // w = s (m + beta_from), s being the distance along the inertial direction m.
+    const Vec3 w = from.to_inertial * direction;
+    const double s = length(untilted(w, from.seen.beta));
+    const Vec3 there = w / s + (to.seen.beta - from.seen.beta);
+    const double norm = length(there);
+    stretch = norm * s;
+    return to.from_inertial * (there / norm);
 }
 
 Pose seen_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i, Vec3 camera_m,
                double time_s) {
-    Pose pose = body_pose(bodies, i, time_s);
-    if (!scene.light_time) return pose;
-    // Fixed-point iteration: each step reduces the error by the factor v / c; stop when it settles.
-    double seen_s = time_s;
-    for (int step = 0; step < 20; ++step) {
-        const double next_s = time_s - length(pose.position_m - camera_m) / light_speed_m_s;
-        const bool settled = std::abs(next_s - seen_s) < 1e-12;
-        seen_s = next_s;
-        pose = body_pose(bodies, i, seen_s);
-        if (settled) break;
-    }
-    return pose;
+    double seen_s = 0;
+    return seen_pose_at(scene, bodies, i, camera_m, time_s, seen_s);
+}
+
+ApparentBody apparent_body(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i,
+                           Vec3 camera_m, double time_s) {
+    double seen_s = 0;
+    const Pose pose = seen_pose_at(scene, bodies, i, camera_m, time_s, seen_s);
+    ApparentBody body{deflected(scene, pose, camera_m, time_s)};
+    body.range_m = length(body.pose.position_m - camera_m);
+    if (scene.light_time) body.beta = body_velocity_m_s(bodies, i, seen_s) / light_speed_m_s;
+    return body;
+}
+
+ApparentBody apparent_lamp(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                           const scene::Lamp& lamp, Vec3 camera_m, double time_s) {
+    double seen_s = 0;
+    ApparentBody at{pose_at_emission(
+        scene, camera_m, time_s, [&](double t) { return lamp_pose(scene, bodies, lamp, t); }, seen_s)};
+    at.range_m = length(at.pose.position_m - camera_m);
+    if (scene.light_time) at.beta = lamp_velocity_m_s(scene, bodies, lamp, seen_s) / light_speed_m_s;
+    return at;
 }
 
 Pose deflected(const scene::Scene& scene, Pose seen, Vec3 camera_m, double time_s) {
@@ -126,11 +183,11 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const BuiltBody& built = bodies[i];
         BodyState& s = row.bodies[i];
-        const Pose pose = apparent_pose(scene, bodies, i, row.camera.position_m, time_s);
+        s.seen = apparent_body(scene, bodies, i, row.camera.position_m, time_s);
+        const Pose& pose = s.seen.pose;
         s.shape = built.shape.get();
         s.material = built.material.get();
         s.built = &built;
-        s.position_m = pose.position_m;
         s.to_inertial = to_matrix(pose.orientation);
         const Mat3 from_inertial = transposed(s.to_inertial);
         s.from_inertial = from_inertial;
@@ -138,8 +195,9 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.frame =
             i > 0 && same_pose(s, row.bodies[i - 1]) ? row.bodies[i - 1].frame : static_cast<std::int32_t>(i);
         s.from_camera = product(from_inertial, inertial_from_camera);
-        s.camera_m = from_inertial * (row.camera.position_m - pose.position_m);
-        s.sun_m = from_inertial * (row.sun_m - pose.position_m);
+        s.beta = from_inertial * s.seen.beta;
+        s.camera_m = from_inertial * (row.camera.position_m - s.seen.position_at(0));
+        s.sun_m = from_inertial * s.seen.to_sun_m(row.sun_m);
         s.detail = {};
         if (s.shape->tiles() != nullptr) {
             s.detail.eye_m = s.camera_m;
@@ -149,11 +207,14 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.reference_radiance = reference_radiance(s);
 
         const Vec3 to_body = pose.position_m - row.camera.position_m;
-        const double distance = length(to_body);
+        const double distance = s.seen.moves() ? length(s.camera_m) : length(to_body);
+        // The frame of a moving body turns directions towards its motion, by different angles about a cone.
+        const double widened = s.seen.moves() ? 1 + 2 * length(s.beta) : 1;
         const double radius = s.shape->bounding_radius_m();
         s.thin_crescent = false;
         s.lit_facets = nullptr;
-        if (distance <= radius) {
+        const double half_angle = distance > radius ? std::asin(radius / distance) * widened : 10;
+        if (s.seen.moves() ? !(half_angle < std::numbers::pi / 2) : distance <= radius) {
             s.radius_px = 0;
             s.disc = {};
             s.direction = {0, 0, 1};
@@ -167,12 +228,12 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
             s.samples = samples_per_pixel;
             continue;
         }
-        s.direction = row.camera_from_inertial * (to_body / distance);
-        s.cone_sine = radius / distance;
+        s.direction = row.camera_from_inertial * (to_body / length(to_body));
+        s.cone_sine = s.seen.moves() ? std::sin(half_angle) : radius / distance;
         s.cos_cone = std::sqrt(std::max(0.0, 1 - s.cone_sine * s.cone_sine));
         s.solid_angle_sr =
             2 * std::numbers::pi * (s.cone_sine * s.cone_sine / (1 + s.cos_cone)); // 2 pi (1 - cos)
-        const double angle = std::asin(s.cone_sine);
+        const double angle = half_angle;
         const double half = (angle + margin_rad) / 2;
         s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
         const double radius_px = angle / projection.local_pixel_angle_rad(s.direction);
@@ -200,14 +261,8 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     }
     row.lamps.clear();
     for (const scene::Lamp& lamp : scene.lamps)
-        row.lamps.push_back(lamp_pose(scene, bodies, lamp, time_s));
-    for (std::size_t a = 0; a < bodies.size(); ++a) {
-        if (row.bodies[a].material == nullptr) continue;
-        for (std::size_t b = 0; b < bodies.size(); ++b)
-            if (b != a && row.bodies[b].material != nullptr &&
-                may_shade(row.bodies[a], row.bodies[b], row.sun_m, scene.sun.radius_m))
-                row.bodies[a].occluders.push_back(static_cast<std::int32_t>(b));
-    }
+        row.lamps.push_back(apparent_lamp(scene, bodies, lamp, row.camera.position_m, time_s));
+    set_occluders(scene.sun.radius_m, row);
 }
 
 } // namespace obscura::renderer

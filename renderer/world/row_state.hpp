@@ -12,6 +12,7 @@
 #include "renderer/shapes/lit_facets.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/textures/surface_textures.hpp"
+#include "renderer/world/light_time.hpp"
 
 #include <array>
 #include <cstddef>
@@ -54,9 +55,10 @@ struct BodyState {
     Mat3 from_inertial;   ///< its inverse
     std::int32_t frame;   ///< bodies of equal number have the same pose
     Mat3 from_camera;     ///< rotation, camera frame to body frame
-    Vec3 camera_m;        ///< camera, body frame
-    Vec3 sun_m;           ///< centre of the Sun, body frame
-    Vec3 position_m;      ///< inertial
+    Vec3 camera_m;        ///< origin of camera rays, body frame: see ApparentBody::eye_m()
+    Vec3 sun_m;           ///< centre of the Sun, body frame: see ApparentBody::to_sun_m()
+    ApparentBody seen;    ///< inertial
+    Vec3 beta;            ///< as that of `seen`, body frame
     Vec3 direction;       ///< unit, camera frame, to the body's centre
     double cone_sine = 1; ///< sine of the half angle of the bounding cone
     double cos_cone = -1; ///< its cosine; -1: camera inside the sphere
@@ -83,13 +85,21 @@ struct BodyState {
     /// Facets that are splatted, of a thin crescent whose shape has facets.
     std::shared_ptr<const LitFacets> lit_facets;
 
+    /// Direction of a camera ray (unit, camera frame) in the body frame, of unit length.
+    [[nodiscard]] Vec3 direction_of(Vec3 towards) const {
+        return seen.moves() ? normalized(from_camera * towards + beta) : from_camera * towards;
+    }
+    /// Vector of the body frame from the camera, in the camera frame: its length is the distance of light.
+    [[nodiscard]] Vec3 to_camera(Vec3 from_camera_m) const {
+        return transposed(from_camera) * (seen.moves() ? untilted(from_camera_m, beta) : from_camera_m);
+    }
     /// For rays in the frame of this body; null: it is no terrain.
     [[nodiscard]] const DetailView* detail_view() const { return detail.cell_rad > 0 ? &detail : nullptr; }
     /// Whether the light of a hit on `primitive` along `towards` (unit, camera frame) is splatted, core and
     /// wings; else it is sampled by pixels.
     [[nodiscard]] bool splatted(Vec3 towards, std::uint32_t primitive) const {
         return targeted ||
-               (thin_crescent && (lit_facets ? lit_facets->has(primitive) : disc.lit(from_camera * towards)));
+               (thin_crescent && (lit_facets ? lit_facets->has(primitive) : disc.lit(direction_of(towards))));
     }
 };
 
@@ -101,15 +111,23 @@ struct RowState {
     Vec3 beta{0, 0, 0}; ///< camera velocity over the speed of light, camera axes; 0 without aberration
     Vec3 sun_m;         ///< centre of the Sun, inertial
     std::vector<BodyState> bodies;
-    std::vector<Pose> lamps;
+    std::vector<ApparentBody> lamps; ///< at the instants at which light left them, as bodies
     /// Largest angle between a displaced camera sample and its pixel's centre.
     double reach_rad = 0;
 };
 
 /// Rotation from the frame of body `from` to that of body `to`, and the origin of `from` in the frame of
-/// `to`.
+/// `to`, when light was at `path_m` before the camera.
 [[nodiscard]] Mat3 relative_rotation(const BodyState& from, const BodyState& to);
-[[nodiscard]] Vec3 relative_origin(const BodyState& from, const BodyState& to);
+[[nodiscard]] Vec3 relative_origin(const BodyState& from, const BodyState& to, double path_m);
+/// Whether light changes its direction from one frame to the other by more than their rotation.
+[[nodiscard]] inline bool tilts(const BodyState& from, const BodyState& to) {
+    return from.seen.moves() || to.seen.moves();
+}
+/// Direction of light, unit vector in the frame of `from`, in that of `to`. Sets the length there of a unit
+/// of length here.
+[[nodiscard]] Vec3 relative_direction(const BodyState& from, const BodyState& to, Vec3 direction,
+                                      double& stretch);
 
 /// Bodies with a smaller bounding sphere are targeted.
 constexpr double targeted_radius_px = 3;
@@ -139,6 +157,12 @@ constexpr double samples_per_crescent_px = 64;
 /// as the light of its centre is.
 [[nodiscard]] Pose apparent_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i,
                                  Vec3 camera_m, double time_s);
+/// The body of apparent_pose(), with its motion along the light if Scene::light_time is on.
+[[nodiscard]] ApparentBody apparent_body(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                                         std::size_t i, Vec3 camera_m, double time_s);
+/// As apparent_body(), of a lamp, without deflection.
+[[nodiscard]] ApparentBody apparent_lamp(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                                         const scene::Lamp& lamp, Vec3 camera_m, double time_s);
 /// As apparent_pose(), of the body at a pose that seen_pose() gave.
 [[nodiscard]] Pose deflected(const scene::Scene& scene, Pose seen, Vec3 camera_m, double time_s);
 /// Camera velocity over the speed of light, camera axes; 0 without Scene::aberration.

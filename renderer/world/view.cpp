@@ -78,7 +78,7 @@ SeenBody view_of_body(const BodyState& s, const Projection& lens, const scene::C
     SeenBody out;
     const double radius = s.shape->bounding_radius_m();
     out.extent_m = 2 * radius;
-    out.distance_m = out.surface_m = length(s.camera_m);
+    out.distance_m = out.surface_m = s.seen.moves() ? s.seen.range_m : length(s.camera_m);
     out.boresight_rad = view_angle(towards, {0, 0, 1});
     if (out.distance_m <= radius) {
         out.extent_px = std::numeric_limits<double>::infinity();
@@ -92,7 +92,8 @@ SeenBody view_of_body(const BodyState& s, const Projection& lens, const scene::C
                                    [&](Vec3 edge) { return view_angle(edge, towards) <= half_rad; });
     }
     if (out.distance_m > 0)
-        if (const double t = distance_along(*s.shape, s.camera_m, s.camera_m / -out.distance_m);
+        if (const double far = length(s.camera_m),
+            t = distance_along(*s.shape, s.camera_m, s.camera_m / -far) * (out.distance_m / far);
             t < out.distance_m)
             out.surface_m = t;
     return out;
@@ -118,7 +119,7 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
     const std::vector<Vec3> field = field_directions(lens, camera);
     for (std::size_t i = 0; i < row.bodies.size(); ++i) {
         const BodyState& s = row.bodies[i];
-        const Vec3 towards = row.camera_from_inertial * (s.position_m - row.camera.position_m);
+        const Vec3 towards = row.camera_from_inertial * (s.seen.pose.position_m - row.camera.position_m);
         SeenBody body = view_of_body(s, lens, camera, towards, field);
         if (i >= scene.bodies.size()) { // the Sun
             out.sun_in_field = body.in_field;
