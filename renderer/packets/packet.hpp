@@ -72,6 +72,8 @@ struct RayPacket {
     const DetailView* detail = nullptr;
     /// Only direct sunlight is wanted of the hits: where none can be, they need not be exact.
     bool sunlight_only = false;
+    /// Rounding of the origins beyond that of lengths of the body's size, m: of coordinates far from it.
+    double origin_error_m = 0;
     Doubles level_u; ///< with `detail`: the sample's own random number, in [0,1), the same along its path
 };
 

@@ -4,6 +4,7 @@
 #include "renderer/planets/sun_lookup.hpp"
 #include "renderer/planets/sun_visibility.hpp"
 #include "renderer/planets/umbra.hpp"
+#include "renderer/shapes/own_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +23,13 @@ Vec3 inverse_radii(const terrain::SurfaceDomain& domain) {
 constexpr float dark_place = -1;
 bool is_dark(const HitPacket& hits, int i) {
     return hits.u[i] == dark_place;
+}
+
+Doubles limits(const RayPacket& rays, const HitPacket& hits) {
+    Doubles t_max;
+    for (int i = 0; i < packet_size; ++i)
+        t_max[i] = std::min(rays.t_max[i], hits.t[i]);
+    return t_max;
 }
 
 double bounding_radius(const SurfaceTiles& tiles) {
@@ -108,15 +116,23 @@ void TerrainShape::leave_dark(const RayPacket& rays, std::int32_t body, const Do
 }
 
 void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
-    Doubles t_max;
-    for (int i = 0; i < packet_size; ++i)
-        t_max[i] = std::min(rays.t_max[i], hits.t[i]);
+    Lanes active = rays.active;
+    if (rays.sunlight_only && rays.detail != nullptr && rays.detail->sun.radius_m > 0 && !plane_)
+        leave_dark(rays, body, limits(rays, hits), active, hits);
+    if (!active.any()) return;
+    const HitPacket before = hits;
+    intersect_all(rays, active, body, hits);
+    leave_own_surface(
+        *this, rays, body, double_rounding(bounding_radius_m_), before, hits,
+        [&](const RayPacket& rest, HitPacket& next) { intersect_all(rest, rest.active, body, next); });
+}
+
+void TerrainShape::intersect_all(const RayPacket& rays, const Lanes& active, std::int32_t body,
+                                 HitPacket& hits) const {
+    const Doubles t_max = limits(rays, hits);
     TileCrossings found;
     ScaledRays scaled_rays;
-    scaled_rays.active = rays.active;
-    if (rays.sunlight_only && rays.detail != nullptr && rays.detail->sun.radius_m > 0 && !plane_)
-        leave_dark(rays, body, t_max, scaled_rays.active, hits);
-    if (!scaled_rays.active.any()) return;
+    scaled_rays.active = active;
     trace(rays, t_max, false, found, scaled_rays);
     for (int i = 0; i < packet_size; ++i) {
         if (scaled_rays.active.on[i] == 0 || found.t[i] == no_hit) continue;

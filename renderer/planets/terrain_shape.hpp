@@ -41,6 +41,8 @@ public:
     [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
     [[nodiscard]] bool shadows_itself() const override { return true; }
     void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const override;
+    /// All hits of the lanes `active`, also of the surface on which a ray starts.
+    void intersect_all(const RayPacket& rays, const Lanes& active, std::int32_t body, HitPacket& hits) const;
     void occlude(RayPacket& rays) const override;
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;

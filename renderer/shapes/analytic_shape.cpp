@@ -1,11 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/shapes/analytic_shape.hpp"
 
+#include "renderer/shapes/own_surface.hpp"
+
 #include <cmath>
 
 namespace obscura::renderer {
 
-AnalyticShape::Crossing AnalyticShape::nearest(Vec3 origin, Vec3 direction, double limit) const {
+bool AnalyticShape::leaves(Vec3 origin, Vec3 direction, Crossing crossing, double origin_error_m) const {
+    // Beyond, not even grazing rays are on the surface.
+    if (crossing.t > 1e-3 * bounding_radius_m_) return false;
+    const double outwards = dot(normal(origin + crossing.t * direction, crossing.face), direction);
+    const double depth_m = crossing.t * std::abs(outwards);
+    return (outwards > 0 || !has_inside()) &&
+           depth_m <= 2 * surface_rounding * bounding_radius_m_ + origin_error_m;
+}
+
+AnalyticShape::Crossing AnalyticShape::nearest(Vec3 origin, Vec3 direction, double limit,
+                                               double origin_error_m) const {
     const double along = -dot(origin, direction);
     const Vec3 closest = origin + along * direction;
     if (length_squared(closest) > bounding_radius_m_ * bounding_radius_m_) return {};
@@ -13,7 +25,9 @@ AnalyticShape::Crossing AnalyticShape::nearest(Vec3 origin, Vec3 direction, doub
     const Crossings all = crossings(closest, direction);
     for (std::size_t k = 0; k < all.count; ++k) {
         const double t = along + all.at[k].t;
-        if (t > 0 && t < limit && t < best.t) best = {t, all.at[k].face};
+        const Crossing found{t, all.at[k].face};
+        if (t > 0 && t < limit && t < best.t && !leaves(origin, direction, found, origin_error_m))
+            best = found;
     }
     return best;
 }
@@ -22,7 +36,7 @@ void AnalyticShape::intersect(const RayPacket& rays, std::int32_t body, HitPacke
     for (int i = 0; i < packet_size; ++i) {
         if (rays.active.on[i] == 0) continue;
         const double limit = rays.t_max[i] < hits.t[i] ? rays.t_max[i] : hits.t[i];
-        const Crossing c = nearest(rays.origin.lane(i), rays.direction.lane(i), limit);
+        const Crossing c = nearest(rays.origin.lane(i), rays.direction.lane(i), limit, rays.origin_error_m);
         if (c.t == no_hit) continue;
         hits.t[i] = c.t;
         hits.body[i] = body;
@@ -33,7 +47,8 @@ void AnalyticShape::intersect(const RayPacket& rays, std::int32_t body, HitPacke
 void AnalyticShape::occlude(RayPacket& rays) const {
     for (int i = 0; i < packet_size; ++i)
         if (rays.active.on[i] != 0 &&
-            nearest(rays.origin.lane(i), rays.direction.lane(i), rays.t_max[i]).t != no_hit)
+            nearest(rays.origin.lane(i), rays.direction.lane(i), rays.t_max[i], rays.origin_error_m).t !=
+                no_hit)
             rays.active.on[i] = 0;
 }
 

@@ -44,8 +44,10 @@ protected:
     [[nodiscard]] virtual bool has_inside() const { return true; }
 
 private:
-    /// The nearest crossing with 0 < t < limit.
-    [[nodiscard]] Crossing nearest(Vec3 origin, Vec3 direction, double limit) const;
+    /// The nearest crossing with 0 < t < limit, but for those through which a ray leaves the surface that it
+    /// starts on; `origin_error_m`: see RayPacket.
+    [[nodiscard]] Crossing nearest(Vec3 origin, Vec3 direction, double limit, double origin_error_m) const;
+    [[nodiscard]] bool leaves(Vec3 origin, Vec3 direction, Crossing crossing, double origin_error_m) const;
 
     double bounding_radius_m_;
 };

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/shapes/ellipsoid.hpp"
 
+#include "renderer/shapes/own_surface.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace obscura::renderer {
 
@@ -20,9 +23,13 @@ std::shared_ptr<const Shape> make(const EllipsoidParameters& p, ShapeContext& /*
 
 namespace {
 
-/// Distance to the nearest intersection in front of the origin, or no_hit.
+/// Distance of a hit where the ray starts.
+constexpr double tiny = std::numeric_limits<double>::min();
+
+/// Distance to the nearest intersection in front of the origin, or no_hit. Origins on the surface, whose
+/// squared distance differs from 1 by no more than `slack`, are outside.
 OBSCURA_VECTOR_CLONES
-void distances(const RayPacket& rays, Vec3 inverse_radii, Doubles& distance) {
+void distances(const RayPacket& rays, Vec3 inverse_radii, double slack, Doubles& distance) {
     for (int i = 0; i < packet_size; ++i) {
         const double fx = rays.origin.x[i] * inverse_radii.x;
         const double fy = rays.origin.y[i] * inverse_radii.y;
@@ -44,8 +51,10 @@ void distances(const RayPacket& rays, Vec3 inverse_radii, Doubles& distance) {
         const double t1 = q / a;
         const double near = t0 < t1 ? t0 : t1;
         const double far = t0 < t1 ? t1 : t0;
-        const double t = near > 0 ? near : far;
-        distance[i] = (discriminant > 0) & (t > 0) ? t : no_hit;
+        const bool on = (c <= 0) & (c >= -slack);
+        const double beyond = on ? tiny : far;
+        const double t = near > 0 ? near : beyond;
+        distance[i] = (discriminant > 0) & (t > 0) & !(on & (b <= 0)) ? t : no_hit;
     }
 }
 
@@ -56,9 +65,14 @@ Ellipsoid::Ellipsoid(const EllipsoidParameters& d)
       inverse_radii_{1 / d.radii_m.x, 1 / d.radii_m.y, 1 / d.radii_m.z},
       bounding_radius_m_(std::max({d.radii_m.x, d.radii_m.y, d.radii_m.z})) {}
 
+double Ellipsoid::slack(const RayPacket& rays) const {
+    const double smallest = std::max({inverse_radii_.x, inverse_radii_.y, inverse_radii_.z});
+    return 2 * (surface_rounding + rays.origin_error_m * smallest);
+}
+
 void Ellipsoid::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
     Doubles t;
-    distances(rays, inverse_radii_, t);
+    distances(rays, inverse_radii_, slack(rays), t);
     for (int i = 0; i < packet_size; ++i) {
         const bool nearer = rays.active.on[i] != 0 && t[i] < hits.t[i] && t[i] < rays.t_max[i];
         hits.t[i] = nearer ? t[i] : hits.t[i];
@@ -68,7 +82,7 @@ void Ellipsoid::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
 
 void Ellipsoid::occlude(RayPacket& rays) const {
     Doubles t;
-    distances(rays, inverse_radii_, t);
+    distances(rays, inverse_radii_, slack(rays), t);
     for (int i = 0; i < packet_size; ++i)
         rays.active.on[i] = t[i] < rays.t_max[i] ? 0 : rays.active.on[i];
 }

@@ -36,6 +36,9 @@ public:
                  SurfacePacket& out) const override;
 
 private:
+    /// See distances().
+    [[nodiscard]] double slack(const RayPacket& rays) const;
+
     Vec3 radii_m_;
     Vec3 inverse_radii_;
     double bounding_radius_m_;

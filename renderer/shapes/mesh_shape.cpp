@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/memory_budget.hpp"
+#include "renderer/shapes/own_surface.hpp"
 
 #include <fmt/format.h>
 
@@ -355,6 +356,15 @@ std::int64_t MeshShape::bytes() const {
 }
 
 void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
+    const HitPacket before = hits;
+    intersect_all(rays, body, hits);
+    const HitRounding rounding =
+        triangle_list_ ? double_rounding(bounding_radius_m_) : float_rounding(bounding_radius_m_);
+    leave_own_surface(*this, rays, body, rounding, before, hits,
+                      [&](const RayPacket& rest, HitPacket& next) { intersect_all(rest, body, next); });
+}
+
+void MeshShape::intersect_all(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
     Doubles limit;
     for (int i = 0; i < packet_size; ++i)
         limit[i] = rays.t_max[i] < hits.t[i] ? rays.t_max[i] : hits.t[i];

@@ -56,6 +56,8 @@ public:
         hull_.cull(rays, slack_rad, near);
     }
     void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const override;
+    /// All hits, also of the surface on which a ray starts.
+    void intersect_all(const RayPacket& rays, std::int32_t body, HitPacket& hits) const;
     void occlude(RayPacket& rays) const override;
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/shapes/polygon_shape.hpp"
 
+#include "renderer/shapes/own_surface.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -104,6 +106,13 @@ PolygonShape::PolygonShape(std::vector<TriangleCorners> triangles, bool emit)
 }
 
 void PolygonShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
+    const HitPacket before = hits;
+    intersect_all(rays, body, hits);
+    leave_own_surface(*this, rays, body, double_rounding(bounding_radius_m_), before, hits,
+                      [&](const RayPacket& rest, HitPacket& next) { intersect_all(rest, body, next); });
+}
+
+void PolygonShape::intersect_all(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
     Doubles limit;
     for (int i = 0; i < packet_size; ++i)
         limit[i] = rays.t_max[i] < hits.t[i] ? rays.t_max[i] : hits.t[i];

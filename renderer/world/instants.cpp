@@ -13,6 +13,7 @@ namespace obscura::renderer {
 void Instants::from_camera(std::int32_t index, const Words& instant, const Vec3s& direction,
                            RayPacket& rays) const {
     rays.detail = front().bodies[static_cast<std::size_t>(index)].detail_view();
+    rays.origin_error_m = front().bodies[static_cast<std::size_t>(index)].camera_error_m;
     rays.stretched = moves(index);
     if (one()) {
         const BodyState& b = front().bodies[static_cast<std::size_t>(index)];

@@ -197,6 +197,8 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.from_camera = product(from_inertial, inertial_from_camera);
         s.beta = from_inertial * s.seen.beta;
         s.camera_m = from_inertial * (row.camera.position_m - s.seen.position_at(0));
+        // Some units in the last place of the coordinates that are subtracted.
+        s.camera_error_m = 0x1p-50 * (length(row.camera.position_m) + length(s.seen.position_at(0)));
         s.sun_m = from_inertial * s.seen.to_sun_m(row.sun_m);
         s.detail = {};
         if (s.shape->tiles() != nullptr) {

@@ -51,17 +51,18 @@ struct BodyState {
     const Shape* shape = nullptr;
     const Material* material = nullptr;
     const BuiltBody* built = nullptr;
-    Mat3 to_inertial;     ///< rotation, body frame to inertial axes
-    Mat3 from_inertial;   ///< its inverse
-    std::int32_t frame;   ///< bodies of equal number have the same pose
-    Mat3 from_camera;     ///< rotation, camera frame to body frame
-    Vec3 camera_m;        ///< origin of camera rays, body frame: see ApparentBody::eye_m()
-    Vec3 sun_m;           ///< centre of the Sun, body frame: see ApparentBody::to_sun_m()
-    ApparentBody seen;    ///< inertial
-    Vec3 beta;            ///< as that of `seen`, body frame
-    Vec3 direction;       ///< unit, camera frame, to the body's centre
-    double cone_sine = 1; ///< sine of the half angle of the bounding cone
-    double cos_cone = -1; ///< its cosine; -1: camera inside the sphere
+    Mat3 to_inertial;          ///< rotation, body frame to inertial axes
+    Mat3 from_inertial;        ///< its inverse
+    std::int32_t frame;        ///< bodies of equal number have the same pose
+    Mat3 from_camera;          ///< rotation, camera frame to body frame
+    Vec3 camera_m;             ///< origin of camera rays, body frame: see ApparentBody::eye_m()
+    Vec3 sun_m;                ///< centre of the Sun, body frame: see ApparentBody::to_sun_m()
+    ApparentBody seen;         ///< inertial
+    double camera_error_m = 0; ///< rounding of `camera_m` by inertial coordinates
+    Vec3 beta;                 ///< as that of `seen`, body frame
+    Vec3 direction;            ///< unit, camera frame, to the body's centre
+    double cone_sine = 1;      ///< sine of the half angle of the bounding cone
+    double cos_cone = -1;      ///< its cosine; -1: camera inside the sphere
     /// Squared chord (distance between unit vectors) of that half angle plus RowState::reach_rad: accurate
     /// for the smallest cones, where cosines are not. 5: every direction.
     double reach_chord2 = 5;
