@@ -335,6 +335,7 @@ FrameOrder Camera::next_order() noexcept {
                  .given = trigger.scene == sync::Trigger::scene_of_camera ? std::nullopt
                                                                           : std::optional(trigger.scene)},
                 order);
+    scene_ns_.store(order.shown.at(order.scene_time).ns, std::memory_order_relaxed);
     if (trigger.width_ns > 0)
         order.settings.exposure_ns =
             std::clamp(trigger.width_ns, config_.limits.exposure_min_ns, config_.limits.exposure_max_ns);

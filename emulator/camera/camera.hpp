@@ -109,6 +109,11 @@ public:
     /// An edge of Line0 at `edge` would become a frame.
     [[nodiscard]] bool ready_for_line0(Time edge) const noexcept { return router_.ready_for_line(0, edge); }
     [[nodiscard]] CameraMoments moments() const noexcept { return router_.moments(); }
+    /// Scene time that the last frame shows at its edge; none before the first.
+    [[nodiscard]] std::optional<Time> scene_time() const noexcept {
+        const std::int64_t ns = scene_ns_.load(std::memory_order_relaxed);
+        return ns == no_scene_time ? std::nullopt : std::optional(Time{ns});
+    }
     /// Notified whenever moments() may have changed.
     [[nodiscard]] EventCount& moments_changed() noexcept { return router_.moments_changed(); }
     /// What becomes of the edges.
@@ -185,7 +190,9 @@ private:
     bool out_of_frames_ = false;
 
     std::atomic<std::uint32_t> last_sequence_step_{0}; ///< of the last frame
-    std::uint64_t last_progress_ = UINT64_MAX;         ///< alive()
+    static constexpr std::int64_t no_scene_time = INT64_MIN;
+    std::atomic<std::int64_t> scene_ns_{no_scene_time}; ///< scene_time()
+    std::uint64_t last_progress_ = UINT64_MAX;          ///< alive()
     std::atomic<std::uint64_t> dropped_{0}, frames_{0}, unsent_{0};
     std::thread thread_;
 };

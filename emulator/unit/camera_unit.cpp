@@ -3,6 +3,7 @@
 
 #include "emulator/unit/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
+#include "renderer/world/pose_age.hpp"
 #include "service/failure.hpp"
 #include "service/tokens.hpp"
 
@@ -185,6 +186,7 @@ void CameraUnit::apply_reload(const emulator::DaemonConfig& next) {
     probed_scene_.reset();
     lens_cards_->set(renderer::lens_cards(next_renderer_->scene().camera));
     scene_fingerprint_ = next_fingerprint_;
+    reported_ages_.clear();
     const std::lock_guard lock(scenes_);
     const Time since = std::exchange(shown_since_, imaging_->clock.now());
     imaging_->maker->replace_renderer(*next_renderer_);
@@ -201,7 +203,22 @@ Heartbeats CameraUnit::heartbeats() const {
     return all;
 }
 
+void CameraUnit::report_pose_ages() {
+    const std::optional<Time> at = camera_->scene_time();
+    if (!at) return;
+    double largest_s = 0;
+    for (const renderer::AgedPoses& aged : renderer::aged_poses(scene(), to_seconds(at->ns))) {
+        largest_s = std::max(largest_s, aged.age_s);
+        if (std::find(reported_ages_.begin(), reported_ages_.end(), aged.key) != reported_ages_.end())
+            continue;
+        reported_ages_.push_back(aged.key);
+        log_warning("scene time: {}", aged.text);
+    }
+    pose_age_s_.store(largest_s, std::memory_order_relaxed);
+}
+
 void CameraUnit::tick() {
+    report_pose_ages();
     // The next frame may be rendered with the new scene while this one is made with the one before.
     if (const FrameMaker& maker = *imaging_->maker; !retired_.empty() && maker.uses(*imaging_->renderer)) {
         // Destroyed after the lock, which takes time.

@@ -23,6 +23,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
@@ -112,6 +113,9 @@ public:
     /// Scene that is shown, and rings of poses that a simulator sends; empty: there is none.
     [[nodiscard]] const scene::Scene& scene() const { return imaging_->renderer->scene(); }
     [[nodiscard]] const PoseRings& pose_rings() const noexcept { return imaging_->poses; }
+    /// Largest distance of the last frame's scene time from those that the scene's files cover, s.
+    /// Thread-safe.
+    [[nodiscard]] double pose_age_s() const noexcept { return pose_age_s_.load(std::memory_order_relaxed); }
     /// Counters of the simulator port; none: there is none.
     [[nodiscard]] std::optional<SimulatorCounters> simulator_counters() const;
 
@@ -129,6 +133,9 @@ public:
     [[nodiscard]] const FramePool& pool() const noexcept { return *imaging_->pool; }
 
 private:
+    /// Logs once for each thing of a scene that frames show it at times its files do not cover.
+    void report_pose_ages();
+
     const bool uncontrolled_; ///< no client can start the acquisition
     const ThreadPlan threads_;
     TimingLog timing_;
@@ -161,7 +168,9 @@ private:
     Time shown_since_; ///< scheduling clock; frames that are prepared later show it
     std::unique_ptr<OutputLines> outputs_;
     std::string address_ = "none";
-    std::mutex commands_; ///< of run_between_commands() without a control thread
+    std::atomic<double> pose_age_s_{0};
+    std::vector<std::string> reported_ages_; ///< AgedPoses::key of what was logged for this scene
+    std::mutex commands_;                    ///< of run_between_commands() without a control thread
 };
 
 } // namespace obscura::emulator

@@ -70,7 +70,7 @@ public:
     explicit Still(const Pose& pose) : pose_(pose) {}
     [[nodiscard]] Pose at(double /*time_s*/) const noexcept override { return pose_; }
     [[nodiscard]] Vec3 velocity_m_s(double /*time_s*/) const noexcept override { return {}; }
-    [[nodiscard]] double age_s(double /*time_s*/) const noexcept override { return 0; }
+    [[nodiscard]] PoseAges ages(double /*time_s*/) const noexcept override { return {}; }
     [[nodiscard]] std::vector<double> times_s() const override { return {}; }
 
 private:
@@ -113,9 +113,10 @@ public:
                                       (2 * turn_step_s);
         return velocity;
     }
-    [[nodiscard]] double age_s(double time_s) const noexcept override {
-        return std::max({std::abs(time_s - placed_.nearest(time_s)),
-                         std::abs(time_s - oriented_.nearest(time_s)), local_->age_s(time_s)});
+    [[nodiscard]] PoseAges ages(double time_s) const noexcept override {
+        const PoseAges local = local_->ages(time_s);
+        return {std::max(std::abs(time_s - placed_.nearest(time_s)), local.position_s),
+                std::max(std::abs(time_s - oriented_.nearest(time_s)), local.attitude_s)};
     }
     [[nodiscard]] std::vector<double> times_s() const override {
         std::vector<double> times = local_->times_s();
@@ -180,7 +181,7 @@ public:
         const double s = place - static_cast<double>(i);
         return states_[i].velocity_m_s * (1 - s) + states_[i + 1].velocity_m_s * s;
     }
-    [[nodiscard]] double age_s(double time_s) const noexcept override { return other_->age_s(time_s); }
+    [[nodiscard]] PoseAges ages(double time_s) const noexcept override { return other_->ages(time_s); }
     [[nodiscard]] std::vector<double> times_s() const override { return other_->times_s(); }
 
 private:

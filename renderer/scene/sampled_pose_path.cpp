@@ -29,9 +29,9 @@ public:
     [[nodiscard]] Vec3 velocity_m_s(double time_s) const noexcept override {
         return parts_.positions ? parts_.positions->velocity_m_s(time_s) : Vec3{};
     }
-    [[nodiscard]] double age_s(double time_s) const noexcept override {
-        return std::max(parts_.positions ? parts_.positions->age_s(time_s) : 0,
-                        parts_.attitudes ? parts_.attitudes->age_s(time_s) : 0);
+    [[nodiscard]] PoseAges ages(double time_s) const noexcept override {
+        return {parts_.positions ? parts_.positions->age_s(time_s) : 0,
+                parts_.attitudes ? parts_.attitudes->age_s(time_s) : 0};
     }
     [[nodiscard]] std::vector<double> times_s() const override {
         std::vector<double> all;

@@ -43,6 +43,13 @@ public:
     [[nodiscard]] virtual double age_s(double /*time_s*/) const noexcept { return 0; }
 };
 
+/// Distances of a scene time from those for which positions and attitudes are known, s; 0 within them.
+struct PoseAges {
+    double position_s = 0, attitude_s = 0;
+
+    [[nodiscard]] double largest_s() const { return position_s > attitude_s ? position_s : attitude_s; }
+};
+
 /// Path of a motion: poses from a file that states how to interpolate them, as a function of scene time
 /// alone. Thread-safe, real-time safe.
 class PosePath {
@@ -53,8 +60,10 @@ public:
     /// Derivative of the position of at(), m/s: 0 where the path holds; at a corner that of what follows, at
     /// the end that of what came before.
     [[nodiscard]] virtual Vec3 velocity_m_s(double time_s) const noexcept = 0;
-    /// Distance of `time_s` from the times for which the file has poses; 0 within them.
-    [[nodiscard]] virtual double age_s(double time_s) const noexcept = 0;
+    /// Ages of what at() gives for `time_s`.
+    [[nodiscard]] virtual PoseAges ages(double time_s) const noexcept = 0;
+    /// The larger of them.
+    [[nodiscard]] double age_s(double time_s) const noexcept { return ages(time_s).largest_s(); }
     /// Times at which the file has poses, ascending; not real-time safe.
     [[nodiscard]] virtual std::vector<double> times_s() const = 0;
 };

@@ -3,6 +3,8 @@
 
 #include "renderer/scene/scene_tree.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace obscura::renderer {
@@ -11,12 +13,51 @@ namespace {
 double age_s(const scene::Motion& motion, double time_s) noexcept {
     Pose pose;
     if (motion.live && motion.live->at(time_s, pose)) return motion.live->age_s(time_s);
-    if (motion.path) return motion.path->age_s(time_s);
-    if (motion.samples.size() < 2) return 0;
-    return std::max({motion.samples.front().time_s - time_s, time_s - motion.samples.back().time_s, 0.0});
+    return file_ages(motion, time_s).largest_s();
 }
 
 } // namespace
+
+scene::PoseAges file_ages(const scene::Motion& motion, double time_s) noexcept {
+    if (motion.path) return motion.path->ages(time_s);
+    if (motion.samples.size() < 2) return {};
+    const double age_s =
+        std::max({motion.samples.front().time_s - time_s, time_s - motion.samples.back().time_s, 0.0});
+    return {age_s, age_s};
+}
+
+std::vector<AgedPoses> aged_poses(const scene::Scene& scene, double time_s) {
+    std::vector<AgedPoses> all;
+    const auto add = [&](const std::string& name, const scene::Motion& motion) {
+        const scene::PoseAges ages = file_ages(motion, time_s);
+        const bool position = ages.position_s > 0, attitude = ages.attitude_s > 0 && !motion.aim;
+        if (!position && !attitude) return;
+        double first_s = motion.samples.front().time_s, last_s = motion.samples.back().time_s;
+        if (motion.path) {
+            const std::vector<double> times = motion.path->times_s();
+            first_s = times.empty() ? time_s : times.front();
+            last_s = times.empty() ? time_s : times.back();
+        }
+        // In a gap, or where only the other of the two is known, the ends say nothing.
+        const std::string span = first_s <= time_s && time_s <= last_s
+                                     ? ""
+                                     : fmt::format(" ({:.6g} s to {:.6g} s)", first_s, last_s);
+        const char* const what = !attitude ? "positions" : !position ? "attitudes" : "poses";
+        const double age_s = std::max(position ? ages.position_s : 0.0, attitude ? ages.attitude_s : 0.0);
+        all.push_back(
+            {fmt::format("{} of {}", what, name),
+             fmt::format("the {} of {} are known for other times{}: at scene time {:.6g} s they are "
+                         "{:.4g} s away, and it is held or extrapolated",
+                         what, name, span, time_s, age_s),
+             age_s});
+    };
+    add("the camera", scene.camera.motion);
+    for (const scene::Body& body : scene.bodies)
+        add(fmt::format("\"{}\"", body.name), body.motion);
+    for (const scene::Lamp& lamp : scene.lamps)
+        add(fmt::format("\"{}\"", lamp.name), lamp.motion);
+    return all;
+}
 
 double body_pose_age_s(std::span<const BuiltBody> bodies, std::size_t index, double time_s) noexcept {
     double largest_s = 0;

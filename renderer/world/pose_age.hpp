@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace obscura::renderer {
 
@@ -13,6 +15,16 @@ namespace obscura::renderer {
 /// times of its file; the largest of it and its parents. 0: between poses, or constant. Real-time safe.
 [[nodiscard]] double camera_pose_age_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                                        double time_s) noexcept;
+/// Ages of a motion's poses from files at `time_s`, without its parents. Not of received ones.
+[[nodiscard]] scene::PoseAges file_ages(const scene::Motion& motion, double time_s) noexcept;
+/// Camera, body or lamp whose positions or attitudes from files are not known for an instant.
+struct AgedPoses {
+    std::string key;  ///< names it and what is not known
+    std::string text; ///< one line for people, without a full stop
+    double age_s = 0;
+};
+/// All such things of a scene at `time_s`. An aim stands for the attitudes of its file.
+[[nodiscard]] std::vector<AgedPoses> aged_poses(const scene::Scene& scene, double time_s);
 /// As camera_pose_age_s(), of a body.
 [[nodiscard]] double body_pose_age_s(std::span<const BuiltBody> bodies, std::size_t index,
                                      double time_s) noexcept;

@@ -207,7 +207,11 @@ TEST_CASE("each oddity of a configuration has its warning and no other") {
         {"pose_age",
          {{"radii_m = [500, 500, 500]\n", "radii_m = [500, 500, 500]\nattitude = \"turn.csv\"\n"}},
          {},
-         "at scene time 0 s they are 100 s away"},
+         "the attitudes of \"ball\" are known for other times (100 s to 200 s): at scene time 0 s they are 100 s away"},
+        {"pose_age",
+         {{"radii_m = [500, 500, 500]\n", "radii_m = [500, 500, 500]\ntrajectory = \"way.csv\"\n"}},
+         {},
+         "the poses of \"ball\" are known for other times (100 s to 200 s): at scene time 0 s they are 100 s away"},
         {"no_star",
          {{"focal_length_mm = 3", "focal_length_mm = 60"}, {"[500, 500, 500]", "[20, 20, 20]"}},
          {},
@@ -223,6 +227,7 @@ TEST_CASE("each oddity of a configuration has its warning and no other") {
         INFO(c.what);
         const TempFolder folder;
         folder.write("rock.obj", octahedron(0.3));
+        folder.write("way.csv", "time_s,x_m,y_m,z_m\n100,0,0,0\n200,0,0,1\n");
         folder.write("turn.csv", "time_s,qw,qx,qy,qz\n100,1,0,0,0\n200,0,0,0,1\n");
         const std::string config =
             write_both(folder, with(sound_scene, c.scene), with(sound_configuration, c.configuration));

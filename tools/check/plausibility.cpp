@@ -4,6 +4,7 @@
 #include "ephemeris/time/calendar.hpp"
 #include "ephemeris/time/time_scale.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/world/pose_age.hpp"
 #include "tools/check/report.hpp"
 
 #include <fmt/format.h>
@@ -136,23 +137,8 @@ void Plausibility::judge_date(const scene::Scene& scene) {
 }
 
 void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
-    const auto judge = [&](const std::string& name, const scene::Motion& motion) {
-        const double age_s = motion.path ? motion.path->age_s(at_s) : 0;
-        if (!(age_s > 0)) return;
-        const std::vector<double> times = motion.path->times_s();
-        const std::string span =
-            times.empty() ? "" : fmt::format(" ({:.6g} s to {:.6g} s)", times.front(), times.back());
-        add("pose_age",
-            fmt::format(
-                "the poses of {} are known for other times{}: at scene time {:.6g} s they are {:.4g} s away, and it is held or extrapolated. "
-                "Check the scene's epoch and daemon.scene_start_s",
-                name, span, at_s, age_s));
-    };
-    judge("the camera", scene.camera.motion);
-    for (const scene::Body& body : scene.bodies)
-        judge(in_quotes(body.name), body.motion);
-    for (const scene::Lamp& lamp : scene.lamps)
-        judge(in_quotes(lamp.name), lamp.motion);
+    for (const renderer::AgedPoses& aged : renderer::aged_poses(scene, at_s))
+        add("pose_age", aged.text + ". Check the scene's epoch and daemon.scene_start_s");
 }
 
 void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views) {

@@ -37,7 +37,7 @@ public:
     [[nodiscard]] Vec3 velocity_m_s(double time_s) const noexcept override {
         return (at_(time_s + 1) - at_(time_s - 1)) / 2;
     }
-    [[nodiscard]] double age_s(double /*time_s*/) const noexcept override { return 0; }
+    [[nodiscard]] scene::PoseAges ages(double /*time_s*/) const noexcept override { return {}; }
     [[nodiscard]] std::vector<double> times_s() const override { return {0}; }
 
 private:

@@ -27,7 +27,7 @@ public:
         return {astronomical_unit_m * Vec3{std::sin(elevation), std::cos(elevation), 0}, {}};
     }
     [[nodiscard]] Vec3 velocity_m_s(double /*time_s*/) const noexcept override { return {}; }
-    [[nodiscard]] double age_s(double /*time_s*/) const noexcept override { return 0; }
+    [[nodiscard]] scene::PoseAges ages(double /*time_s*/) const noexcept override { return {}; }
     [[nodiscard]] std::vector<double> times_s() const override { return {0}; }
 };
 
