@@ -3,6 +3,7 @@
 
 #include "config/csv.hpp"
 #include "core/error.hpp"
+#include "renderer/scene/scene_keys.hpp"
 
 #include <fmt/format.h>
 
@@ -17,6 +18,13 @@ namespace {
 void check_order(const config::CsvRow& row, const std::vector<TimedPose>& before) {
     if (!before.empty() && row.values[0] <= before.back().time_s)
         row.fail(0, "time_s", fmt::format("{} does not come after {}", row.values[0], before.back().time_s));
+}
+
+/// Refuses places so far away that their squares are no numbers.
+void check_place(const config::CsvRow& row, std::size_t column, std::string_view name, double value_m) {
+    if (!(value_m >= anywhere.min && value_m <= anywhere.max))
+        row.fail(column, name,
+                 fmt::format("{:g} is outside {:g} to {:g}", value_m, anywhere.min, anywhere.max));
 }
 
 /// The quaternion as a unit quaternion; `column` is that of qw.
@@ -46,6 +54,8 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
         if (samples.empty()) trajectory.has_attitude = given > 0;
         if (given != (trajectory.has_attitude ? 4 : 0))
             row.fail(4, "qw", "qw, qx, qy and qz are wanted in every row, or in none for positions only");
+        for (std::size_t column = 1; column <= 3; ++column)
+            check_place(row, column, columns[column].name, v[column]);
         const Quat q = trajectory.has_attitude ? Quat{v[4], v[5], v[6], v[7]} : Quat{};
         samples.push_back({v[0], {{v[1], v[2], v[3]}, checked(row, 4, q)}});
     });
@@ -71,6 +81,7 @@ std::vector<scene::Joint::Sample> read_joint_table(const std::filesystem::path& 
         if (!samples.empty() && row.values[0] <= samples.back().time_s)
             row.fail(0, "time_s",
                      fmt::format("{} does not come after {}", row.values[0], samples.back().time_s));
+        check_place(row, 1, value, row.values[1]);
         samples.push_back({row.values[0], row.values[1] * unit});
     });
     if (samples.empty()) throw ConfigError(fmt::format("{}: no rows after the header", file.string()));

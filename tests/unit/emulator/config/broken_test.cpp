@@ -956,6 +956,7 @@ const std::vector<Broken> broken_trajectories{
      "t.csv:3:1: time_s: 0 does not come after 0"},
     {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n-1,0,0,0,1,0,0,0\n",
      "t.csv:3:1: time_s: -1 does not come after 0"},
+    {"time_s,x_m,y_m,z_m\n0,0,0,0\n1,0,-1e200,0\n", "t.csv:3:5: y_m: -1e+200 is outside -1e+15 to 1e+15"},
     {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,nan,1,0,0,0\n",
      R"(t.csv:2:7: z_m: "nan" is not a finite number)"},
     {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,1e999,1,0,0,0\n",
