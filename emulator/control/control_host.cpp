@@ -38,7 +38,7 @@ public:
             service::call<NoArguments>(
                 "state", Permission::view,
                 "Tells what the daemon and its cameras do: counters, latencies and the last minute.",
-                [this](const NoArguments&, Work& /*work*/) { return Answer{host_.state()}; }),
+                [this](const NoArguments&, Work& /*work*/) { return Answer{*host_.state()}; }),
             service::call<Events>(
                 "events", Permission::view,
                 "Lists the latest lines of the daemon's log, oldest first, no more than 64 KiB of them: ask again with the last id.",
@@ -116,17 +116,19 @@ void ControlHost::ask(const std::function<void()>& work) {
     if (!asked_.run(work)) throw service::Failure(service::FailureCode::not_now, "the daemon is stopping");
 }
 
-json ControlHost::state() {
-    std::shared_ptr<const nlohmann::ordered_json> state;
-    std::uint64_t shown = 0, refused = 0;
-    ask([&] {
-        state = sources_.state();
-        shown = scene_requests_.shown();
-        refused = scene_requests_.refused();
-    });
-    json head = service::head_of(*state);
-    head["scenes"] = {{"shown", shown}, {"refused", refused}};
-    return head;
+std::shared_ptr<const json> ControlHost::state() {
+    std::shared_ptr<const nlohmann::ordered_json> snapshot;
+    ask([&] { snapshot = sources_.state(); });
+    // However many ask in one tick, the answer is made once.
+    const std::lock_guard lock(state_mutex_);
+    if (snapshot != snapshot_) {
+        json head = service::head_of(*snapshot);
+        Monitor::add_process(head);
+        head["scenes"] = {{"shown", scene_requests_.shown()}, {"refused", scene_requests_.refused()}};
+        state_ = std::make_shared<const json>(std::move(head));
+        snapshot_ = std::move(snapshot);
+    }
+    return state_;
 }
 
 std::shared_ptr<const json> ControlHost::configuration() {

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 
 namespace obscura::emulator {
@@ -49,7 +50,7 @@ public:
 
     /// The state of the daemon, not older than the call, as the head of an answer. Throws Failure.
     /// Thread-safe; not on the main thread.
-    [[nodiscard]] nlohmann::json state();
+    [[nodiscard]] std::shared_ptr<const nlohmann::json> state();
     /// The answer to "configuration". Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::shared_ptr<const nlohmann::json> configuration();
     /// File of the scene that is shown. Throws Failure. Thread-safe; not on the main thread.
@@ -83,6 +84,10 @@ private:
     WorkQueue asked_; ///< of the main thread
     /// Main thread: of this tick; null: not yet made.
     std::shared_ptr<const nlohmann::json> configuration_;
+    std::mutex state_mutex_; ///< of what follows
+    /// What the main thread said last, and the answer made of it by the first client that asked.
+    std::shared_ptr<const nlohmann::ordered_json> snapshot_;
+    std::shared_ptr<const nlohmann::json> state_;
 };
 
 } // namespace obscura::emulator

@@ -142,12 +142,10 @@ Json Monitor::made_state() const {
                        {"control", control_},
                        {"started_utc_ns", std::to_string(started_utc_ns_)},
                        {"up_s", static_cast<double>(time - started_) / static_cast<double>(ns_per_s)},
-                       {"resident_mib", resident_mib()},
                        {"config_sha256", daemon_.config_sha256()},
                        {"configured_utc_s", daemon_.configured_utc_s()},
                        {"realtime", highest_priority(daemon_.threads()) > 0},
                        {"log_lines", lines_by_level()},
-                       {"locked_mib", locked_mib()},
                        {"log_level", name_of(log_level())},
                        {"advice", advice_},
                        {"log_lost", daemon_.lost_messages()}};
@@ -155,15 +153,6 @@ Json Monitor::made_state() const {
     state["heartbeats"] = Json::array();
     for (const BeatTimes::Age& beat : beats_.ages(time))
         state["heartbeats"].push_back({{"name", beat.name}, {"age_s", beat.age_s}, {"silent", beat.silent}});
-    state["threads"] = Json::array();
-    for (const OwnThread& t : own_threads())
-        state["threads"].push_back({{"name", t.name},
-                                    {"policy", t.policy},
-                                    {"priority", t.priority},
-                                    {"nice", t.nice},
-                                    {"cpu_s", t.cpu_s},
-                                    {"processor", t.processor},
-                                    {"cores", t.cores}});
     state["cameras"] = Json::array();
     for (std::size_t i = 0; i < recent_.size(); ++i) {
         const Camera& camera = daemon_.camera(i);
@@ -199,6 +188,21 @@ Json Monitor::made_state() const {
         state["cameras"].push_back(std::move(one));
     }
     return state;
+}
+
+void Monitor::add_process(nlohmann::json& head) {
+    head["daemon"]["resident_mib"] = resident_mib();
+    head["daemon"]["locked_mib"] = locked_mib();
+    nlohmann::json threads = nlohmann::json::array();
+    for (const OwnThread& t : own_threads())
+        threads.push_back({{"name", t.name},
+                           {"policy", t.policy},
+                           {"priority", t.priority},
+                           {"nice", t.nice},
+                           {"cpu_s", t.cpu_s},
+                           {"processor", t.processor},
+                           {"cores", t.cores}});
+    head["threads"] = std::move(threads);
 }
 
 Json Monitor::events(std::uint64_t after, std::uint64_t most) {

@@ -44,9 +44,12 @@ public:
     /// Takes a snapshot of the counters each second.
     void tick();
 
-    /// The answer to "state": see docs/control.md. Made once between two calls of tick(), however many ask;
-    /// who sends it makes its text, on any thread.
+    /// The answer to `state`, see docs/control.md, but for the part of add_process(). Made once between two
+    /// calls of tick(), however many ask.
     [[nodiscard]] std::shared_ptr<const nlohmann::ordered_json> state();
+    /// Adds what the kernel knows of this process: its memory and its threads. Reads two files for each
+    /// thread, so not on the main thread. Thread-safe.
+    static void add_process(nlohmann::json& head);
     /// The answer to "events": log lines with ids above `after`, oldest first, at most `most`.
     /// Thread-safe.
     [[nodiscard]] static nlohmann::ordered_json events(std::uint64_t after, std::uint64_t most);
