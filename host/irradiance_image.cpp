@@ -22,6 +22,8 @@ std::vector<images::ExrChannel> irradiance_channels(std::span<const float> image
         if (std::any_of(channels.begin(), channels.end(), same)) name += fmt::format("-{}", i);
         channels.push_back({std::move(name), "W m-2", image.subspan(i * plane, plane)});
     }
+    // Readers of pictures (OpenCV, FFmpeg) know a picture of one channel by this name.
+    if (bands.size() == 1) channels.push_back({"Y", "W m-2", image});
     return channels;
 }
 

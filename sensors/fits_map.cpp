@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "images/readers/fits_rows.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -43,6 +44,7 @@ std::vector<float> read_fits_map(const std::filesystem::path& file, std::int32_t
     // Use the disk-file call: fits_open_image would parse brackets in the name as a filter expression.
     if (fits_open_diskfile(&raw, file.c_str(), READONLY, &status) != 0) throw fail(explain(status));
     const FitsHandle handle(raw);
+    images::move_to_first_image(raw, status);
     int axes = 0;
     std::array<long, 2> size{};
     int type = 0;
@@ -53,6 +55,7 @@ std::vector<float> read_fits_map(const std::filesystem::path& file, std::int32_t
     if (fits_read_img(raw, TFLOAT, 1, static_cast<LONGLONG>(map.size()), nullptr, map.data(), nullptr,
                       &status) != 0)
         throw fail(explain(status));
+    if (images::rows_from_bottom(raw)) images::flip_rows(std::span(map), static_cast<std::size_t>(width));
     for (std::size_t i = 0; i < map.size(); ++i)
         if (!std::isfinite(map[i]) || static_cast<double>(map[i]) < least)
             throw fail(fmt::format("pixel ({}, {}) is {}", i % static_cast<std::size_t>(width),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
 #include "images/image.hpp"
+#include "images/readers/fits_rows.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <span>
 
 namespace obscura::images {
 namespace {
@@ -29,18 +31,13 @@ public:
     /// Moves to the first HDU that holds an image and returns its three axis lengths; the primary HDU may be
     /// empty.
     std::array<long, 3> find_image() {
-        int units = 0, dimensions = 0;
+        int dimensions = 0, type = 0;
         std::array<long, 3> size{1, 1, 1};
-        fits_get_num_hdus(fits_, &units, &status_);
+        move_to_first_image(fits_, status_);
+        fits_get_hdu_type(fits_, &type, &status_);
         check();
-        for (int unit = 1; unit <= units && dimensions < 2; ++unit) {
-            int type = 0;
-            fits_movabs_hdu(fits_, unit, &type, &status_);
-            check();
-            if (type != IMAGE_HDU) continue;
-            fits_get_img_dim(fits_, &dimensions, &status_);
-            check();
-        }
+        if (type == IMAGE_HDU) fits_get_img_dim(fits_, &dimensions, &status_);
+        check();
         if (dimensions < 2 || dimensions > 3)
             throw InputError(fmt::format("{}: no image of 2 or 3 dimensions", file_.string()));
         fits_get_img_size(fits_, dimensions, size.data(), &status_);
@@ -51,11 +48,15 @@ public:
         LONGLONG data_start = 0, data_end = 0, header = 0;
         fits_get_hduaddrll(fits_, &header, &data_start, &data_end, &status_);
         check();
-        // A pixel takes a byte at least; the planes lie one after the other.
+        // A pixel takes a byte at least; the planes lie one after the other. Tiles that are packed take a
+        // part of that, at best what gzip makes of zeros.
+        constexpr std::uintmax_t max_ratio = 1100;
+        const std::uintmax_t ratio = fits_is_compressed_image(fits_, &status_) != 0 ? max_ratio : 1;
+        check();
         const auto pixels = static_cast<std::uintmax_t>(size[0]) * static_cast<std::uintmax_t>(size[1]);
         const std::uintmax_t bytes = std::filesystem::file_size(file_);
         const std::uintmax_t data = bytes - std::min(bytes, static_cast<std::uintmax_t>(data_start));
-        if (size[2] < 1 || static_cast<std::uintmax_t>(size[2]) > data / pixels)
+        if (size[2] < 1 || static_cast<std::uintmax_t>(size[2]) > data * ratio / pixels)
             throw InputError(fmt::format("{}: the file ends before its image", file_.string()));
         return size;
     }
@@ -78,6 +79,8 @@ public:
         fits_read_img(fits_, TDOUBLE, 1 + count * number, count, &unknown, image.values.data(), &any,
                       &status_);
         check();
+        if (rows_from_bottom(fits_))
+            flip_rows(std::span(image.values), static_cast<std::size_t>(image.width));
         return image;
     }
 

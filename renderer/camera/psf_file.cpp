@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/io/memory_budget.hpp"
+#include "images/readers/fits_rows.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -122,6 +123,8 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
             fits_read_pix(fits.get(), TDOUBLE, first, static_cast<LONGLONG>(count), nullptr,
                           image.values.data(), nullptr, &status);
             if (status != 0) refuse(file, fmt::format("extension {}: ends before its data do", hdu - 1));
+            if (images::rows_from_bottom(fits.get()))
+                images::flip_rows(std::span(image.values), static_cast<std::size_t>(image.width));
             for (const double v : image.values)
                 if (!(v >= 0 && std::isfinite(v)))
                     refuse(file, fmt::format("extension {}: {}: allowed are numbers from 0 up", hdu - 1, v));

@@ -5,6 +5,7 @@
 #include "host/irradiance_image.hpp"
 #include "images/writers/exr.hpp"
 #include "renderer/camera/lens_cards.hpp"
+#include "tools/scene/date_cards.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -30,6 +31,7 @@ SceneFrames::SceneFrames(scene::Scene scene, RenderOptions options, std::string_
     : options_(std::move(options)),
       poses_(poses_of(scene)),
       camera_(scene.camera),
+      epoch_(scene.epoch),
       bands_(scene.bands),
       region_(options_.region(scene.camera, program)),
       radiance_(scene.quantity == scene::Quantity::radiance),
@@ -169,7 +171,8 @@ images::Cards SceneFrames::cards() const {
         out.push_back({"WINDOWY", static_cast<std::int64_t>(region_.y), "[px] first row on the sensor"});
     }
     for (const images::Cards& more :
-         {images::intrinsics_cards(camera_.intrinsics()), renderer::lens_cards(camera_),
+         {date_cards(epoch_, time_s_ - options_.exposure_s / 2, time_s_),
+          images::intrinsics_cards(camera_.intrinsics()), renderer::lens_cards(camera_),
           images::scene_cards(truth_), velocity_cards(), host::band_cards(bands_)})
         out.insert(out.end(), more.begin(), more.end());
     return out;
@@ -208,11 +211,16 @@ void SceneFrames::write(const std::filesystem::path& file, SceneFileFormat forma
     std::vector<images::ExrChannel> channels = host::irradiance_channels(image_, bands_);
     if (radiance_)
         for (images::ExrChannel& channel : channels) {
-            channel.name.replace(0, channel.name.find('.'), "radiance");
+            if (const std::size_t dot = channel.name.find('.'); dot != std::string::npos)
+                channel.name.replace(0, dot, "radiance");
             channel.unit = unit;
         }
-    for (const images::FitsPlane& layer : layers())
+    for (const images::FitsPlane& layer : layers()) {
         channels.push_back({layer.name, layer.unit, layer.values});
+        // The name by which readers of pictures know it.
+        if (layer.name == renderer::aov_name(renderer::Aov::depth_m))
+            channels.push_back({"Z", layer.unit, layer.values});
+    }
     images::write_exr(file, region_.width, region_.height, channels, cards());
 }
 

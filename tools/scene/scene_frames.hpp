@@ -76,6 +76,7 @@ private:
     RenderOptions options_;
     std::optional<renderer::ScenePoses> poses_; ///< with aberration, for the camera's velocity
     scene::Camera camera_;
+    std::optional<ephemeris::Epoch> epoch_; ///< of the scene
     std::vector<SpectralBand> bands_;
     Region region_;
     bool radiance_;

@@ -13,6 +13,7 @@
 #include "tools/check/report.hpp"
 #include "tools/receive/frame_files.hpp"
 #include "tools/scene/camera_file.hpp"
+#include "tools/scene/date_cards.hpp"
 #include "tools/scene/progress.hpp"
 #include "tools/scene/truth_option.hpp"
 #include "tools/timing/quality_replay.hpp"
@@ -114,12 +115,16 @@ public:
                     if (const auto signal = signal_of_frame(config, *frame)) view.add_signal(*signal);
                 const FrameInfo& info = frame->info;
                 images::Cards cards = images::frame_cards(*frame);
-                cards.insert(cards.end(), lens.begin(), lens.end());
+                const double middle_s = to_seconds(info.truth.mid_exposure.ns);
+                for (const images::Cards& more :
+                     {date_cards(config.scene.epoch, middle_s - to_seconds(info.exposure_ns) / 2, middle_s),
+                      lens})
+                    cards.insert(cards.end(), more.begin(), more.end());
                 files_.save(folder, id, {info.width, info.height, info.bits_per_pixel, frame->pixels()},
                             cards, windows_of(info));
                 if (!intrinsics_.empty())
-                    captured.push_back({files_.name(id), id, to_seconds(info.truth.mid_exposure.ns),
-                                        to_seconds(info.exposure_ns), info.truth});
+                    captured.push_back(
+                        {files_.name(id), id, middle_s, to_seconds(info.exposure_ns), info.truth});
                 if (truth_table_.given()) {
                     SceneTruth truth;
                     emulator::list_truth({*imaging.renderer, *imaging.detector, config.sensor,
