@@ -21,8 +21,15 @@ struct SpectralBand {
     /// beyond; empty: 1. If it includes the sensor's quantum efficiency, pixels hold the light that the
     /// detector converts.
     std::vector<SpectralPoint> transmission{};
+    /// Weight of light in place of the transmission, which it includes, for images that a detector converts:
+    /// see renderer::set_detector_response(). Form as above; empty: the transmission.
+    std::vector<SpectralPoint> response{};
 
     [[nodiscard]] bool operator==(const SpectralBand&) const = default;
+    /// Whether both are of one filter, whatever the detectors behind it.
+    [[nodiscard]] bool same_filter(const SpectralBand& other) const {
+        return from_m == other.from_m && to_m == other.to_m && transmission == other.transmission;
+    }
 };
 
 } // namespace obscura

@@ -5,6 +5,7 @@
 #include "core/io/random_bytes.hpp"
 #include "emulator/camera/releaser.hpp"
 #include "emulator/render/render_rest.hpp"
+#include "renderer/lights/detector_response.hpp"
 #include "sync/settings.hpp"
 #include "sync/sources/gpio.hpp"
 #include "sync/sources/ptp.hpp"
@@ -82,6 +83,7 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
     settings.loader_share = threads.tiles_share;
     if (threads.render.share < 1)
         settings.before_row = [share = threads.render.share](bool first) { rest_before_row(share, first); };
+    renderer::set_detector_response(scene, config.sensor.detector.quantum_efficiency);
     return std::make_unique<renderer::Renderer>(std::move(scene), std::move(settings));
 }
 

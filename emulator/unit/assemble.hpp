@@ -68,8 +68,8 @@ private:
 /// The configured quality of rendering, for `threads` threads; without hooks.
 [[nodiscard]] renderer::RenderSettings render_settings(const DaemonConfig& config, std::size_t threads);
 
-/// Makes the renderer of `scene` with the configured settings; `wait_for_tiles`: see
-/// renderer::RenderSettings. Throws Error.
+/// Makes the renderer of `scene`, weighted by the response of the configured sensor, with the configured
+/// settings; `wait_for_tiles`: see renderer::RenderSettings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
 make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads, bool wait_for_tiles);
 

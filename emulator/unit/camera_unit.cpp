@@ -161,7 +161,7 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
     const scene::Scene &before = imaging_->renderer->scene(), &after = next.scene;
     const bool same_bands =
         std::equal(before.bands.begin(), before.bands.end(), after.bands.begin(), after.bands.end(),
-                   [](const auto& a, const auto& b) { return a == b; });
+                   [](const SpectralBand& a, const SpectralBand& b) { return a.same_filter(b); });
     if (!same_bands || before.camera.aperture_m != after.camera.aperture_m)
         return "the scene's spectral bands and the camera's aperture cannot change while running; restart for that";
     if (next.daemon.scene_time == SceneTime::tai && before.epoch != after.epoch)

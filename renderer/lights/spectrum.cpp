@@ -9,8 +9,23 @@
 namespace obscura::renderer {
 namespace {
 
-/// Value at a wavelength of a curve that is linear between its points and constant outside.
-double value_at(const std::vector<SpectralPoint>& curve, double wavelength_m) {
+/// Steps of the midpoint rule over a band: the Sun's spectrum is a table in steps of 10 nm, curves are
+/// piecewise linear.
+constexpr int spectrum_steps = 4000;
+
+/// Sums `term(wavelength, step)` over the band.
+template<typename Term>
+double sum_over(const SpectralBand& band, const Term& term) {
+    const double step = (band.to_m - band.from_m) / spectrum_steps;
+    double sum = 0;
+    for (int i = 0; i < spectrum_steps; ++i)
+        sum += term(band.from_m + i * step + step / 2, step);
+    return sum;
+}
+
+} // namespace
+
+double curve_value(std::span<const SpectralPoint> curve, double wavelength_m) {
     if (wavelength_m <= curve.front().wavelength_m) return curve.front().value;
     if (wavelength_m >= curve.back().wavelength_m) return curve.back().value;
     const auto above = std::upper_bound(curve.begin(), curve.end(), wavelength_m,
@@ -21,23 +36,33 @@ double value_at(const std::vector<SpectralPoint>& curve, double wavelength_m) {
            (b.value - a.value) * (wavelength_m - a.wavelength_m) / (b.wavelength_m - a.wavelength_m);
 }
 
-/// Steps of the midpoint rule over a band: the Sun's spectrum is a table in steps of 10 nm, curves are
-/// piecewise linear.
-constexpr int spectrum_steps = 4000;
+const std::vector<SpectralPoint>& weights_of(const SpectralBand& band) {
+    return band.response.empty() ? band.transmission : band.response;
+}
 
-} // namespace
+double band_weight(const SpectralBand& band, double wavelength_m) {
+    const std::vector<SpectralPoint>& weights = weights_of(band);
+    return weights.empty() ? 1 : curve_value(weights, wavelength_m);
+}
 
-double transmission(const SpectralBand& band, double wavelength_m) {
-    return band.transmission.empty() ? 1 : value_at(band.transmission, wavelength_m);
+double mean_weight(const SpectralBand& band) {
+    return sum_over(band, [&](double at, double step) { return band_weight(band, at) * step; }) /
+           (band.to_m - band.from_m);
+}
+
+double curve_light(std::span<const SpectralPoint> spectrum, const SpectralBand& band) {
+    return sum_over(band, [&](double at, double step) {
+        return band_weight(band, at) * curve_value(spectrum, at) * step;
+    });
 }
 
 double sun_irradiance_w_m2(const SpectralBand& band) {
-    if (band.transmission.empty()) return solar_band_irradiance_w_m2(band.from_m, band.to_m);
+    if (weights_of(band).empty()) return solar_band_irradiance_w_m2(band.from_m, band.to_m);
     const double step = (band.to_m - band.from_m) / spectrum_steps;
     double sum = 0;
     for (int i = 0; i < spectrum_steps; ++i) {
         const double from = band.from_m + i * step;
-        sum += transmission(band, from + step / 2) * solar_band_irradiance_w_m2(from, from + step);
+        sum += band_weight(band, from + step / 2) * solar_band_irradiance_w_m2(from, from + step);
     }
     return sum;
 }
@@ -50,8 +75,8 @@ double sunlit_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& 
     double all = 0;
     for (int i = 0; i < spectrum_steps; ++i) {
         const double from = band.from_m + i * step;
-        const double share = transmission(band, from + step / 2);
-        const double value = value_at(curve, from + step / 2);
+        const double share = band_weight(band, from + step / 2);
+        const double value = curve_value(curve, from + step / 2);
         const double sun = share * solar_band_irradiance_w_m2(from, from + step);
         lit += sun * value;
         light += sun;
@@ -59,7 +84,7 @@ double sunlit_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& 
         all += share;
     }
     if (light > 0) return lit / light;
-    return all > 0 ? passed / all : value_at(curve, (band.from_m + band.to_m) / 2);
+    return all > 0 ? passed / all : curve_value(curve, (band.from_m + band.to_m) / 2);
 }
 
 std::array<double, 3> colour_shares(const SpectralBand& band) {

@@ -139,15 +139,15 @@ StarBins black_body_bins(double temperature_k) {
     return flux;
 }
 
-/// Integral of a band's transmission, which is linear between its points, over a range inside the band, m.
+/// Integral of a band's weight, which is linear between its points, over a range inside the band, m.
 double integral(const SpectralBand& band, double from_m, double to_m) {
     double sum = 0;
     double a = from_m;
     const auto add_to = [&](double b) {
-        sum += (b - a) * (transmission(band, a) + transmission(band, b)) / 2;
+        sum += (b - a) * (band_weight(band, a) + band_weight(band, b)) / 2;
         a = b;
     };
-    for (const SpectralPoint& p : band.transmission)
+    for (const SpectralPoint& p : weights_of(band))
         if (p.wavelength_m > a && p.wavelength_m < to_m) add_to(p.wavelength_m);
     add_to(to_m);
     return sum;
@@ -206,7 +206,7 @@ StarBins star_band_weights_um(const SpectralBand& band) {
     const double middle = (star_bin_edge_m(star_bins - 1) + star_bin_edge_m(star_bins)) / 2;
     for (int i = 0; i < steps && step > 0; ++i) {
         const double wavelength = from + (i + 0.5) * step;
-        weights.back() += transmission(band, wavelength) * std::pow(middle / wavelength, 4) * step * 1e6;
+        weights.back() += band_weight(band, wavelength) * std::pow(middle / wavelength, 4) * step * 1e6;
     }
     return weights;
 }

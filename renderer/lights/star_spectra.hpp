@@ -61,7 +61,7 @@ struct StarMix {
 /// extrapolated.
 [[nodiscard]] StarBins star_spectrum(const scene::Star& star);
 
-/// Width of each bin inside a band, um, weighted by the transmission: the sum of its products with a star's
+/// Width of each bin inside a band, um, weighted as band_weight(): the sum of its products with a star's
 /// bins is the irradiance over star_v_zero_w_m2_um for V = 0. Light beyond the last bin falls with the fourth
 /// power of the wavelength and counts in that bin.
 [[nodiscard]] StarBins star_band_weights_um(const SpectralBand& band);

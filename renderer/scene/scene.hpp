@@ -162,9 +162,15 @@ struct Body {
     Motion motion;
     /// Factor on the material's reflectance in each spectral band, 0 .. 1 / albedo; empty: 1 in all.
     std::vector<double> colour{};
+    /// The reflectance over wavelength of which `colour` are the means over sunlight; empty: not known.
+    std::vector<SpectralPoint> colour_curve{};
+    /// `colour` of W/m2 where the bands have a response, by which it is weighted; empty: `colour`.
+    std::vector<double> colour_of_energy{};
     /// Radiance that the outer side emits, W m-2 sr-1 in each spectral band, for thermal emission too; empty:
     /// none.
     std::vector<double> emission_w_m2_sr{};
+    /// Relative spectrum of it, per wavelength; empty: like sunlight.
+    std::vector<SpectralPoint> emission_spectrum{};
     Textures textures{};
     /// Parent: name of the body in whose frame `motion` is; empty: the inertial frame. A live pose is
     /// relative to the parent too; a hinge uses only its rotation about the joint's axis, a slide only its
@@ -189,6 +195,7 @@ struct Lamp {
     Beam beam = Beam::point;
     double half_angle_rad = 0.17453292519943295; ///< 10 degrees
     std::vector<double> intensity_w_sr;          ///< on the axis, in each spectral band
+    std::vector<SpectralPoint> spectrum{};       ///< of it, relative, per wavelength; empty: like sunlight
     std::string parent{};                        ///< see Body::parent
     Joint joint{};
     std::string position{}; ///< see Body::position

@@ -158,6 +158,10 @@ config::Keys keys_of(Body& s) {
             .unit("W m-2 sr-1")
             .range(0, 1e15)
             .help("Radiance that the body's outer side emits in each spectral band; empty: none"),
+        config::key("emission_spectrum", config::Curve{&s.emission_spectrum})
+            .range(0, 1e30)
+            .help("Relative spectrum of the emission: [nm, value] pairs, increasing in wavelength; "
+                  "the detector's efficiency is weighted by it; empty: like sunlight"),
         config::key("emission_texture", config::Path{&s.textures.emission, true, true})
             .help("Emission map, a factor on emission_w_m2_sr: an image as for albedo_texture; empty: none"),
         config::key("albedo_texture", config::Path{&s.textures.albedo, true, true})
@@ -192,6 +196,10 @@ config::Keys keys_of(Lamp& s) {
             .range(0, 1e20)
             .required()
             .help("Radiant intensity of the lamp on the axis of its beam, in each spectral band"),
+        config::key("spectrum", config::Curve{&s.spectrum})
+            .range(0, 1e30)
+            .help("Relative spectrum of the lamp: [nm, value] pairs, increasing in wavelength; "
+                  "the detector's efficiency is weighted by it; empty: like sunlight"),
     };
 }
 

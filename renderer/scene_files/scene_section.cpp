@@ -271,9 +271,11 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
     }
     for (std::size_t i = 0; i < scene.lamps.size(); ++i)
         check_bands(scene.lamps[i].intensity_w_sr, "lamp", i, "intensity_w_sr", scene.bands.size(), root);
-    for (std::size_t i = 0; i < curves.size(); ++i)
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        scene.bodies[i].colour_curve = curves[i];
         for (std::size_t b = 0; !curves[i].empty() && b < scene.bands.size(); ++b)
             scene.bodies[i].colour.push_back(renderer::sunlit_mean(curves[i], scene.bands[b]));
+    }
 }
 
 } // namespace

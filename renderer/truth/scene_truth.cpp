@@ -4,6 +4,8 @@
 #include "core/solar_spectrum.hpp"
 #include "core/units.hpp"
 #include "renderer/integrators/star_rows.hpp"
+#include "renderer/lights/detector_response.hpp"
+#include "renderer/lights/star_spectra.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/star_catalogue.hpp"
@@ -128,9 +130,10 @@ public:
             TruthEntry entry;
             entry.kind = TruthKind::star;
             entry.object = static_cast<std::int32_t>(scene_.stars.numbers[i]);
-            entry.magnitude_v = scene::star_of(scene_.scene, scene_.stars.numbers[i]).magnitude_v;
+            const scene::Star star = scene::star_of(scene_.scene, scene_.stars.numbers[i]);
+            entry.magnitude_v = star.magnitude_v;
             entry.range_m = no_hit;
-            add_point_source(entry, towards, seen, sum_of(irradiance));
+            add_point_source(entry, towards, seen, sum_of_bands(irradiance, star));
         }
     }
 
@@ -159,7 +162,9 @@ public:
             entry.name.set(scene_.sky.object(i).name);
             entry.magnitude_v = middle->magnitude_v;
             entry.range_m = middle->distance_m;
-            add_point_source(entry, towards, seen, sum_of(irradiance));
+            scene::Star star = scene_.sky.object(i).star;
+            star.magnitude_v = middle->magnitude_v;
+            add_point_source(entry, towards, seen, sum_of_bands(irradiance, star));
         }
     }
 
@@ -178,7 +183,7 @@ public:
             entry.name.set(galaxy.object->name);
             entry.magnitude_v = galaxy.object->star.magnitude_v;
             entry.range_m = no_hit;
-            add_point_source(entry, towards, seen, sum_of(galaxy.irradiance_w_m2));
+            add_point_source(entry, towards, seen, sum_of_bands(galaxy.irradiance_w_m2, galaxy.object->star));
         }
     }
 
@@ -219,15 +224,32 @@ private:
             sum += light[b] * response[b];
         return sum;
     }
-    [[nodiscard]] double sum_of_bands(const BandLight& light) const {
-        return sum_of(std::span(light).first(scene_.sun_w_m2.size()));
+    /// Irradiance of a body's light: without the weight of a detector's response on its colour.
+    [[nodiscard]] double sum_of_bands(const BandLight& light, std::size_t body) const {
+        double sum = 0;
+        for (std::size_t b = 0; b < scene_.sun_w_m2.size(); ++b)
+            sum += light[b] *
+                   (body < scene_.scene.bodies.size() ? energy_of_response(scene_.scene.bodies[body], b) : 1);
+        return sum;
+    }
+    /// Irradiance of a star's light, likewise.
+    [[nodiscard]] double sum_of_bands(std::span<const double> light, const scene::Star& star) const {
+        const std::vector<SpectralBand>& bands = scene_.scene.bands;
+        if (std::all_of(bands.begin(), bands.end(), [](const SpectralBand& b) { return b.response.empty(); }))
+            return sum_of(light);
+        double sum = 0;
+        for (SpectralBand plain : bands) {
+            plain.response.clear();
+            sum += star_irradiance_w_m2(star, plain);
+        }
+        return sum;
     }
 
     /// Sets the light of a body that is seen, in all its pixels in the window.
     void set_body_light(TruthEntry& entry, std::size_t body, std::size_t window, double time_s) {
         if (scene_.light == nullptr || !(entry.visible_share > 0)) return;
         const BandLight light = scene_.light->irradiance(body, time_s, request_.windows[window].sensor);
-        const double irradiance_w_m2 = sum_of_bands(light);
+        const double irradiance_w_m2 = sum_of_bands(light, body);
         if (!(irradiance_w_m2 > 0)) return;
         entry.irradiance_w_m2 = irradiance_w_m2;
         if (counts_electrons()) entry.signal_e = electrons_per_s(light) * to_seconds(entry.exposure_ns);
@@ -243,7 +265,7 @@ private:
         BandLight light = scene_.light->radiance(body, state.time_s, normalized(towards));
         for (double& band : light)
             band *= pixel;
-        entry.irradiance_w_m2 = sum_of_bands(light);
+        entry.irradiance_w_m2 = sum_of_bands(light, body);
         if (counts_electrons())
             entry.peak_e = electrons_per_s(light) * to_seconds(entry.exposure_ns) * landing.seen;
     }

@@ -124,6 +124,11 @@ def read_exr(data):
             for name in channels:
                 planes[name][y] = struct.unpack("<%df" % width, bytes(block[i:i + 4 * width]))
                 i += 4 * width
+    # Y repeats the only band, under the name that other programs know.
+    bands = [name for name in channels if name.startswith("irradiance.")]
+    if "Y" in channels and bands:
+        assert planes["Y"] == planes[bands[0]] and len(bands) == 1, "Y is not the band"
+        channels.remove("Y")
     return tuple(v for name in sorted(channels) for row in planes[name] for v in row), "f", header
 
 
