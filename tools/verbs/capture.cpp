@@ -114,12 +114,8 @@ public:
                 if (made == 0)
                     if (const auto signal = signal_of_frame(config, *frame)) view.add_signal(*signal);
                 const FrameInfo& info = frame->info;
-                images::Cards cards = images::frame_cards(*frame);
                 const double middle_s = to_seconds(info.truth.mid_exposure.ns);
-                for (const images::Cards& more :
-                     {date_cards(config.scene.epoch, middle_s - to_seconds(info.exposure_ns) / 2, middle_s),
-                      lens})
-                    cards.insert(cards.end(), more.begin(), more.end());
+                const images::Cards cards = cards_of(config.scene, *frame, lens);
                 files_.save(folder, id, {info.width, info.height, info.bits_per_pixel, frame->pixels()},
                             cards, windows_of(info));
                 if (!intrinsics_.empty())
@@ -174,6 +170,16 @@ private:
     static Region picture_of(const scene::Camera& camera, const FrameInfo& info) {
         if (info.window_count == 1) return info.windows[0].sensor;
         return {0, 0, camera.width, camera.height};
+    }
+
+    /// Cards of a frame, with the date of its exposure.
+    static images::Cards cards_of(const scene::Scene& scene, const Frame& frame, const images::Cards& lens) {
+        images::Cards cards = images::frame_cards(frame);
+        const double middle_s = to_seconds(frame.info.truth.mid_exposure.ns);
+        const double start_s = middle_s - to_seconds(frame.info.exposure_ns) / 2;
+        for (const images::Cards& more : {date_cards(scene.epoch, start_s, middle_s), lens})
+            cards.insert(cards.end(), more.begin(), more.end());
+        return cards;
     }
 
     static void save_ideal(const emulator::Imaging& imaging, const Frame& frame,
