@@ -10,10 +10,16 @@
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
 
+#include <zlib.h>
+
+#include <array>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace gige_user_xml_test {
 
@@ -70,7 +76,92 @@ std::string description(const std::string& nodes) {
            nodes + R"(<Port Name="Device"/></RegisterDescription>)";
 }
 
+/// Zip archive of entries "name, content, method", as `zip` writes them; deflated by zlib.
+std::string zip_of(const std::vector<std::array<std::string, 2>>& files, int method = 8,
+                   std::uint32_t plain_bytes = 0) {
+    std::string zip, directory;
+    const auto number = [](std::string& to, std::size_t value, int bytes) {
+        for (int i = 0; i < bytes; ++i)
+            to += static_cast<char>(value >> 8 * i & 0xFF);
+    };
+    for (const auto& [name, content] : files) {
+        std::string packed = content;
+        if (method == 8) {
+            packed.resize(content.size() + 1024);
+            z_stream stream{};
+            REQUIRE(::deflateInit2(&stream, 9, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY) == Z_OK);
+            stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(content.data()));
+            stream.avail_in = static_cast<uInt>(content.size());
+            stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+            stream.avail_out = static_cast<uInt>(packed.size());
+            REQUIRE(::deflate(&stream, Z_FINISH) == Z_STREAM_END);
+            packed.resize(stream.total_out);
+            ::deflateEnd(&stream);
+        }
+        const auto crc =
+            ::crc32(0, reinterpret_cast<const Bytef*>(content.data()), static_cast<uInt>(content.size()));
+        const std::size_t at = zip.size();
+        std::string facts; // what both headers have
+        for (const auto& [value, bytes] : {std::pair<std::size_t, int>{20, 2},
+                                           {0, 2},
+                                           {method, 2},
+                                           {0, 4},
+                                           {crc, 4},
+                                           {packed.size(), 4},
+                                           {plain_bytes != 0 ? plain_bytes : content.size(), 4},
+                                           {name.size(), 2},
+                                           {0, 2}})
+            number(facts, value, bytes);
+        zip += "PK\3\4" + facts + name + packed;
+        directory += "PK\1\2" + std::string(2, '\0') + facts + std::string(10, '\0');
+        number(directory, at, 4);
+        directory += name;
+    }
+    const std::size_t at = zip.size();
+    zip += directory + "PK\5\6" + std::string(4, '\0');
+    number(zip, files.size(), 2);
+    number(zip, files.size(), 2);
+    number(zip, directory.size(), 4);
+    number(zip, at, 4);
+    return zip + std::string(2, '\0');
+}
+
 } // namespace
+
+TEST_CASE("A description is taken as cameras hand it out: with marks, padded, zipped") {
+    std::stringstream text;
+    text << std::ifstream(flight_xml).rdbuf();
+    const std::string xml = text.str();
+    CHECK(complaint("\xEF\xBB\xBF" + xml).empty());
+    CHECK(complaint(xml + std::string(3, '\0')).empty());
+    for (const int method : {0, 8}) {
+        CHECK(complaint(zip_of({{"flight.xml", xml}}, method)).empty());
+        CHECK(complaint(zip_of({{"d/", ""}, {"d/flight.XML", xml}, {"read.me", "x"}}, method)).empty());
+        CHECK(complaint(zip_of({{"flight", "\xEF\xBB\xBF" + xml + '\0'}}, method) + std::string(3, '\0'))
+                  .empty());
+    }
+    const std::string archive = "gige.xml: : zip archive: ";
+    CHECK(complaint(zip_of({{"a.xml", xml}, {"b.xml", xml}})) ==
+          archive + "holds 2 files, 2 of them *.xml, wanted is one");
+    CHECK(complaint(zip_of({})) == archive + "holds 0 files, 0 of them *.xml, wanted is one");
+    CHECK(complaint(zip_of({{"a", ""}, {"b", ""}})) ==
+          archive + "holds 2 files, 0 of them *.xml, wanted is one");
+    CHECK(complaint(zip_of({{"a.xml", xml}}, 12)) ==
+          archive + "compression method 12, allowed are 0 (stored) and 8 (deflated)");
+    CHECK(complaint(zip_of({{"a.xml", xml}}, 8, 1U << 30)) ==
+          archive + "1073741824 bytes when unpacked, allowed are 1 to 16777216");
+    CHECK(complaint(zip_of({{"a.xml", xml}}, 8, static_cast<std::uint32_t>(xml.size()) - 1)) ==
+          archive + "its data is damaged");
+    CHECK(complaint(zip_of({{"a.xml", xml}}).substr(0, 900)) == archive + "has no directory");
+    // A byte changed anywhere, or the end cut: one line, or the same document.
+    const std::string zip = zip_of({{"a.xml", xml}});
+    for (std::size_t at = 0; at < zip.size(); at += 37) {
+        std::string damaged = zip;
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+        CHECK(complaint(damaged).find('\n') == std::string::npos);
+        CHECK_FALSE(complaint(zip.substr(0, at + 1)).empty());
+    }
+}
 
 TEST_CASE("A foreign description shows the camera's own state from the start") {
     Bench bench("HeaterSetPoint = -7, SerialText=FM-03");

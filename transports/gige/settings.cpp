@@ -208,8 +208,9 @@ config::Section section_of(GigeSettings& s) {
                 key("off_link", &s.off_link).help("Also answer hosts behind a router"),
                 key("read_only", &s.read_only).help("Refuse control to all clients; they may read only"),
                 key("xml", config::Path{&s.xml, true, true})
-                    .help("GenICam file of a real camera that replaces the built-in description; "
-                          "its features are bound by SFNC name; empty: built-in"),
+                    .help(
+                        "GenICam file of a real camera, XML or a zip archive of it, that replaces the built-in description; "
+                        "its features are bound by SFNC name; empty: built-in"),
                 key("xml_values", &s.xml_values)
                     .help(
                         "With xml: values of other features after reset, like \"HeaterSetPoint=20, SerialText=FM-03\""),

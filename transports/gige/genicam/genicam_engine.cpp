@@ -155,12 +155,12 @@ void collect(ArvDomNode* element, const std::string& owner, Nodes& nodes) {
 constexpr int values_only = 1, with_conditions = 2; // rounds
 
 /// Determines whether a node can be evaluated within chain_max and steps_max. A value that depends on itself
-/// is an error of the file; conditions that do so occur in files of real cameras, and their nodes count as
-/// absent.
-bool judge(const std::string& name, Nodes& nodes, int round, int depth) {
+/// is an error of the file, and `circular` becomes its name if it is empty; conditions that do so occur in
+/// files of real cameras, and their nodes count as absent.
+bool judge(const std::string& name, Nodes& nodes, int round, int depth, std::string& circular) {
     Node& node = nodes[name];
     if (node.visiting) {
-        if (round == values_only) throw ConfigError(fmt::format("{}: refers to itself", name.substr(0, 80)));
+        if (round == values_only && circular.empty()) circular = name;
         return node.safe = false;
     }
     if (node.judged == round) return node.safe;
@@ -170,7 +170,7 @@ bool judge(const std::string& name, Nodes& nodes, int round, int depth) {
     node.safe = node.safe && !node.variable_length;
     const auto visit = [&](const std::vector<std::string>& names) {
         for (const std::string& used : names) {
-            node.safe = judge(used, nodes, round, depth + 1) && node.safe;
+            node.safe = judge(used, nodes, round, depth + 1, circular) && node.safe;
             node.steps = std::min(node.steps + nodes[used].steps, steps_max + 1);
         }
     };
@@ -249,9 +249,12 @@ GenicamEngine::GenicamEngine(const std::string& xml, Memory& memory) : impl_(std
     std::vector<std::string> names;
     for (const auto& [name, node] : impl_->nodes)
         names.push_back(name);
-    for (const int round : {values_only, with_conditions})
+    std::string circular;
+    for (const int round : {values_only, with_conditions}) {
         for (const std::string& name : names)
-            judge(name, impl_->nodes, round, 0);
+            judge(name, impl_->nodes, round, 0, circular);
+        if (!circular.empty()) throw ConfigError(fmt::format("{}: refers to itself", circular.substr(0, 80)));
+    }
 }
 
 GenicamEngine::~GenicamEngine() = default;

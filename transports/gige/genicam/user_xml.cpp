@@ -2,6 +2,7 @@
 #include "transports/gige/genicam/user_xml.hpp"
 
 #include "core/error.hpp"
+#include "core/text/text.hpp"
 #include "transports/gige/genicam/xml_presets.hpp"
 
 #include <fmt/format.h>
@@ -87,7 +88,9 @@ UserXml::UserXml(const std::string& file, std::string xml, const std::string& va
 std::string UserXml::url() const {
     // The name is informative; leave out characters that a URL cannot contain.
     std::string name;
-    for (const char c : name_)
+    // Clients unpack what is called .zip, and an archive is served unpacked.
+    const bool archive = lower_case(name_).ends_with(".zip");
+    for (const char c : archive ? name_.substr(0, name_.size() - 4) + ".xml" : name_)
         if ((std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.') &&
             name.size() < 60)
             name += c;

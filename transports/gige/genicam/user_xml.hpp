@@ -19,7 +19,7 @@
 
 namespace obscura::transports::gige {
 
-/// The text of a GenICam file. Throws ConfigError when it is not readable, empty or too large.
+/// The XML of a GenICam file, plain or zipped (contents_of_genicam_file()). Throws ConfigError.
 [[nodiscard]] std::string read_xml_file(const std::string& file);
 /// Reason why the file is not a GenICam description; empty when it is one. Names no key.
 [[nodiscard]] std::string explain_invalid_xml(const std::string& file);

@@ -5,30 +5,14 @@
 #include "core/error.hpp"
 #include "core/text/text.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
+#include "transports/gige/genicam/xml_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 namespace obscura::transports::gige {
 namespace {
-
-/// Throws ConfigError, which names no key.
-std::string contents_of(const std::string& file) {
-    constexpr std::uintmax_t bytes_max = 16U << 20;
-    std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-    if (error) throw ConfigError(fmt::format("{}: {}", file, error.message()));
-    if (bytes == 0 || bytes > bytes_max)
-        throw ConfigError(fmt::format("{}: {} bytes, allowed are 1 to {}", file, bytes, bytes_max));
-    std::ifstream in(file, std::ios::binary);
-    std::string contents(std::istreambuf_iterator<char>(in), {});
-    if (!in) throw ConfigError(fmt::format("{}: cannot be read", file));
-    return contents;
-}
 
 /// Memory without addresses, sufficient to check a description.
 struct NoMemory final : GenicamEngine::Memory {
@@ -62,7 +46,7 @@ std::string explain_bad_preset(const XmlPreset& preset, std::string_view why, co
 
 std::string read_xml_file(const std::string& file) {
     try {
-        return contents_of(file);
+        return contents_of_genicam_file(file);
     } catch (const ConfigError& e) {
         throw ConfigError(fmt::format("gige.xml: {}", e.what()));
     }
@@ -73,7 +57,7 @@ std::string explain_invalid_xml(const std::string& file) {
     const auto quiet = GenicamEngine::suppress_messages();
     std::string contents;
     try {
-        contents = contents_of(file);
+        contents = contents_of_genicam_file(file);
     } catch (const ConfigError& e) {
         return e.what();
     }
@@ -88,7 +72,7 @@ std::string explain_invalid_xml(const std::string& file) {
 std::string explain_invalid_values(const std::string& file, const std::string& values) {
     NoMemory memory;
     const auto quiet = GenicamEngine::suppress_messages();
-    const GenicamEngine engine(contents_of(file), memory);
+    const GenicamEngine engine(contents_of_genicam_file(file), memory);
     for (const XmlPreset& preset : xml_presets_of(values)) {
         if (!preset.has_value) return explain_bad_preset(preset, "no =", file);
         if (engine.kind(preset.name) == GenicamEngine::Kind::absent)
