@@ -357,4 +357,41 @@ TEST_CASE("The start-up line lists what is driven and what is not there") {
     CHECK(xml.read(0xC002, word) == Status::bad_alignment);
 }
 
+TEST_CASE("Of several commands in a register the value written starts its own") {
+    RegisterBank bank;
+    std::string started;
+    const auto command = [&](const char* name, char sign) {
+        bank.add({.name = name,
+                  .address = address_of(name),
+                  .access = Access::read_write,
+                  .write = [&started, sign](std::uint32_t) {
+                      started += sign;
+                      return Status::success;
+                  }});
+    };
+    command("AcquisitionStart", '+');
+    command("AcquisitionStop", '-');
+    command("TriggerSoftware", 't');
+    UserXml xml("commands.zip", description(R"(
+        <Command Name="AcquisitionStart"><pValue>Control</pValue><CommandValue>1</CommandValue></Command>
+        <Command Name="AcquisitionStop"><pValue>Control</pValue><CommandValue>0</CommandValue></Command>
+        <Command Name="TriggerSoftware"><pValue>Control</pValue><CommandValue>2</CommandValue></Command>
+        <IntReg Name="Control"><Address>0xC000</Address><Length>4</Length><AccessMode>RW</AccessMode>
+        <pPort>Device</pPort><Endianess>BigEndian</Endianess></IntReg>)"),
+                "", bank, feature_table());
+    CHECK(xml.url().find("Local:commands.xml;") == 0); // served unpacked
+    const auto write = [&](std::uint8_t value) {
+        const std::uint8_t word[4] = {0, 0, 0, value};
+        std::size_t done = 0;
+        started.clear();
+        CHECK(xml.write(0xC000, word, done) == Status::success);
+        return started;
+    };
+    CHECK(write(1) == "+");
+    CHECK(write(2) == "t");
+    CHECK(write(0) == "-");
+    CHECK(write(3).empty());
+    CHECK(write(1) == "+");
+}
+
 } // namespace gige_user_xml_test

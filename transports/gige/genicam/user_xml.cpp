@@ -386,17 +386,28 @@ Status UserXml::read(std::uint32_t address, std::span<std::uint8_t> out) {
     return Status::success;
 }
 
+bool UserXml::given(const Binding& command) const {
+    for (std::size_t i = 0; i < command.bytes.size(); ++i)
+        if (((peek(command.address + i) ^ command.bytes[i]) & command.mask[i]) != 0) return false;
+    return true;
+}
+
 Status UserXml::run_commands(std::uint64_t address, std::size_t bytes) {
-    for (Binding& b : commands_) {
-        if (!overlap(address, address + bytes, b.address, b.address + b.bytes.size())) continue;
-        bool given = true;
-        for (std::size_t i = 0; i < b.bytes.size(); ++i)
-            given = given && ((peek(b.address + i) ^ b.bytes[i]) & b.mask[i]) == 0;
-        if (!given) continue;
-        // Commands complete at once: clear the command's bits in the register.
-        for (std::size_t i = 0; i < b.bytes.size(); ++i)
-            if (std::uint8_t* c = cell(b.address + i, true)) *c = static_cast<std::uint8_t>(*c & ~b.mask[i]);
-        const Status status = native_.write_word(b.target->feature->address, 1);
+    // Several commands may share a register: compare all with the value written before any clears it, as the
+    // value of one can be 0. Two names of a feature with one value are one command.
+    std::vector<const Binding*> start;
+    for (const Binding& b : commands_)
+        if (overlap(address, address + bytes, b.address, b.address + b.bytes.size()) && given(b) &&
+            std::none_of(start.begin(), start.end(),
+                         [&](const Binding* s) { return s->target->feature == b.target->feature; }))
+            start.push_back(&b);
+    // Commands complete at once: clear their bits in the register.
+    for (const Binding* b : start)
+        for (std::size_t i = 0; i < b->bytes.size(); ++i)
+            if (std::uint8_t* c = cell(b->address + i, true))
+                *c = static_cast<std::uint8_t>(*c & ~b->mask[i]);
+    for (const Binding* b : start) {
+        const Status status = native_.write_word(b->target->feature->address, 1);
         show_all();
         if (status != Status::success) return status;
     }

@@ -99,6 +99,7 @@ private:
     bool value_of(const Target& target, std::uint32_t& word);
     bool show(Binding& binding);
     Status take_changes();
+    [[nodiscard]] bool given(const Binding& command) const;
     Status run_commands(std::uint64_t address, std::size_t bytes);
 
     [[nodiscard]] bool known(std::uint64_t address) const;
