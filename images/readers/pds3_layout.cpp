@@ -26,11 +26,12 @@ Pds3SampleType sample_type(const PdsLabel& label) {
         type.kind = Pds3SampleType::Kind::real;
     else if (!has("UNSIGNED"))
         type.kind = Pds3SampleType::Kind::signed_integer;
-    const bool size_known = type.kind == Pds3SampleType::Kind::real ? bits == 32 || bits == 64
-                                                                    : bits == 8 || bits == 16 || bits == 32;
+    const bool size_known = type.kind == Pds3SampleType::Kind::real
+                                ? bits == 32 || bits == 64
+                                : bits == 8 || bits == 16 || bits == 32 || bits == 64;
     if (!size_known || (type.kind == Pds3SampleType::Kind::real && has("VAX")))
         throw InputError(fmt::format(
-            "{}: samples of type {} with {} bits cannot be read, allowed are integers of 8, 16 and 32 and IEEE reals of 32 and 64 bits",
+            "{}: samples of type {} with {} bits cannot be read, allowed are integers of 8, 16, 32 and 64 and IEEE reals of 32 and 64 bits",
             label.file().string(), name.substr(0, 60), bits));
     return type;
 }
@@ -60,6 +61,7 @@ void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& of
     }
     if (offset < 1) throw InputError(fmt::format("{}: ^IMAGE points before the file", label.file().string()));
     offset -= 1;
+    if (offset == 0) return; // whatever a record is
     const std::int64_t record = in_bytes ? 1 : label.integer("RECORD_BYTES");
     if (record < 1)
         throw InputError(fmt::format("{}: RECORD_BYTES {} is out of range", label.file().string(), record));
@@ -76,8 +78,6 @@ Pds3Layout pds3_layout(const PdsLabel& label) {
     at.width = label.integer("IMAGE.LINE_SAMPLES");
     at.height = label.integer("IMAGE.LINES");
     at.bands = label.integer("IMAGE.BANDS", 1);
-    if (at.bands > 1 && label.text("IMAGE.BAND_STORAGE_TYPE", "BAND_SEQUENTIAL") != "BAND_SEQUENTIAL")
-        throw InputError(fmt::format("{}: only BAND_SEQUENTIAL images can be read", file.string()));
     at.type = sample_type(label);
     at.prefix = label.integer("IMAGE.LINE_PREFIX_BYTES", 0);
     at.suffix = label.integer("IMAGE.LINE_SUFFIX_BYTES", 0);
@@ -86,9 +86,24 @@ Pds3Layout pds3_layout(const PdsLabel& label) {
         !possible(at.width - 1, largest_file) || !possible(at.height - 1, largest_file))
         throw InputError(fmt::format("{}: the label's image layout is invalid", file.string()));
     locate(label, at.data, at.offset);
-    at.line_bytes = at.prefix + at.width * static_cast<std::int64_t>(at.type.bytes) + at.suffix;
+    const std::string storage = at.bands > 1
+                                    ? upper_case(label.text("IMAGE.BAND_STORAGE_TYPE", "BAND_SEQUENTIAL"))
+                                    : "BAND_SEQUENTIAL";
+    const bool by_sample = storage == "SAMPLE_INTERLEAVED", by_line = storage == "LINE_INTERLEAVED";
+    if (!by_sample && !by_line && storage != "BAND_SEQUENTIAL")
+        throw InputError(fmt::format(
+            "{}: BAND_STORAGE_TYPE is {}, allowed BAND_SEQUENTIAL, LINE_INTERLEAVED, SAMPLE_INTERLEAVED",
+            file.string(), storage.substr(0, 60)));
+    const auto bytes = static_cast<std::int64_t>(at.type.bytes);
+    at.interleaved = by_sample || by_line;
+    at.sample_bytes = by_sample ? at.bands * bytes : bytes;
+    if (at.width > largest_file / at.sample_bytes)
+        throw InputError(fmt::format("{}: the label's image layout is invalid", file.string()));
+    at.line_bytes = at.prefix + at.width * at.sample_bytes + at.suffix;
     if (at.line_bytes > largest_file / at.bands / at.height)
         throw InputError(fmt::format("{}: the label's image layout is invalid", file.string()));
+    at.row_bytes = by_line ? at.line_bytes * at.bands : at.line_bytes;
+    at.band_bytes = by_sample ? bytes : by_line ? at.line_bytes : at.line_bytes * at.height;
     return at;
 }
 

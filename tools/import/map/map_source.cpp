@@ -4,7 +4,7 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/units.hpp"
-#include "images/readers/pds3_layout.hpp"
+#include "images/readers/pds3_numbers.hpp"
 
 #include <fmt/format.h>
 
@@ -38,6 +38,30 @@ std::optional<images::PdsLabel> label_of(const std::filesystem::path& file) {
             return images::PdsLabel(beside);
     }
     return std::nullopt;
+}
+
+/// The type of the samples as PDS3 labels have it; the byte order is GDAL's affair.
+images::Pds3SampleType sample_type_of(GdalType type) {
+    using Kind = images::Pds3SampleType::Kind;
+    switch (type) {
+    case GdalType::u8:
+        return {Kind::unsigned_integer, false, 1};
+    case GdalType::i8:
+        return {Kind::signed_integer, false, 1};
+    case GdalType::u16:
+        return {Kind::unsigned_integer, false, 2};
+    case GdalType::i16:
+        return {Kind::signed_integer, false, 2};
+    case GdalType::u32:
+        return {Kind::unsigned_integer, false, 4};
+    case GdalType::i32:
+        return {Kind::signed_integer, false, 4};
+    case GdalType::f32:
+        return {Kind::real, false, 4};
+    case GdalType::f64:
+        break;
+    }
+    return {Kind::real, false, 8};
 }
 
 GdalRawFile raw_file(const images::Pds3Layout& at) {
@@ -138,6 +162,9 @@ void MapSource::open(const std::filesystem::path& file) {
     } catch (const InputError&) {
         throw InputError(why);
     }
+    using Kind = images::Pds3SampleType::Kind;
+    const bool long_integers = layout.type.bytes == 8 && layout.type.kind != Kind::real;
+    if (layout.interleaved || long_integers) throw InputError(why);
     const auto wanted = static_cast<std::uintmax_t>(
         layout.offset + layout.line_bytes * layout.height * layout.bands - layout.suffix);
     std::error_code error;
@@ -197,29 +224,7 @@ void MapSource::numbers_of_label(MapRemarks& remarks) {
     }
     numbers_.unit = label.text("IMAGE.UNIT", "");
     if (numbers_.unit == "N/A") numbers_.unit.clear();
-    for (const char* key : {"IMAGE.MISSING_CONSTANT", "IMAGE.INVALID_CONSTANT", "IMAGE.NULL_CONSTANT",
-                            "IMAGE.NOT_APPLICABLE_CONSTANT", "IMAGE.UNKNOWN_CONSTANT", "IMAGE.CORE_NULL",
-                            "IMAGE.MISSING", "IMAGE.DUMMY"}) {
-        if (!label.has(key)) continue;
-        const std::string text = label.text(key, "");
-        double value = 0;
-        // 16#FF7FFFFB#: the bits of a real number.
-        if (text.size() > 4 && text.substr(0, 3) == "16#" && text.back() == '#') {
-            std::uint32_t bits = 0;
-            for (const char c : text.substr(3, text.size() - 4))
-                bits = bits << 4 | static_cast<std::uint32_t>(
-                                       std::isdigit(static_cast<unsigned char>(c)) != 0
-                                           ? c - '0'
-                                           : (std::tolower(static_cast<unsigned char>(c)) - 'a' + 10) & 15);
-            float real = 0;
-            std::memcpy(&real, &bits, 4);
-            value = numbers_.type == GdalType::f32 ? static_cast<double>(real) : static_cast<double>(bits);
-        } else if (!text.empty() && text.find_first_not_of("0123456789+-.eE") == std::string::npos)
-            value = label.number(key, 0);
-        else
-            continue;
-        numbers_.missing.push_back(value);
-    }
+    numbers_.missing = images::pds3_missing(label, sample_type_of(numbers_.type));
     for (const auto& [key, target] :
          {std::pair{"IMAGE.MINIMUM", &numbers_.stated_least}, {"IMAGE.MAXIMUM", &numbers_.stated_largest}}) {
         if (!label.has(key)) continue;
