@@ -40,6 +40,14 @@ std::optional<double> decimal_number(std::string_view text) noexcept {
     return value;
 }
 
+bool is_number_not_finite(std::string_view text) noexcept {
+    text = without_plus(text);
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (end != text.data() + text.size()) return false;
+    return error == std::errc::result_out_of_range || (error == std::errc{} && !std::isfinite(value));
+}
+
 std::optional<std::int64_t> whole_number(std::string_view text) noexcept {
     text = without_plus(text);
     std::int64_t value = 0;

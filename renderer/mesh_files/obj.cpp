@@ -78,8 +78,9 @@ private:
             const std::string_view word = words.next();
             if (word.empty()) fail("vertex with fewer than three coordinates");
             const std::optional<double> number = decimal_number(word);
-            if (!number) fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
-            value = *number * scale_;
+            if (!number && !is_number_not_finite(word))
+                fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
+            value = number.value_or(std::nan("")) * scale_;
             if (!std::isfinite(static_cast<float>(value)))
                 fail(fmt::format("coordinate '{}' is not finite: allowed are numbers up to 3.4e38 m", word));
         }

@@ -114,8 +114,9 @@ private:
         for (std::size_t k = 0; k < 3; ++k) {
             const std::string_view word = words[words.size() - 3 + k];
             const std::optional<double> value = decimal_number(word);
-            if (!value) fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
-            xyz[k] = static_cast<float>(*value * scale_);
+            if (!value && !is_number_not_finite(word))
+                fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
+            xyz[k] = static_cast<float>(value.value_or(std::nan("")) * scale_);
             if (!std::isfinite(xyz[k]))
                 fail(fmt::format("coordinate '{}' is not finite: allowed are numbers up to 3.4e38 m", word));
         }

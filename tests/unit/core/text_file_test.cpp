@@ -73,6 +73,10 @@ TEST_CASE("Numbers of C, Fortran and spreadsheets agree with strtod") {
         CAPTURE(word);
         CHECK_FALSE(decimal_number(word).has_value());
     }
+    for (const char* const word : {"nan", "inf", "-inf", "1e400", "-1e999"})
+        CHECK(is_number_not_finite(word));
+    for (const char* const word : {"1", "x", "1e-400x", "", "infinit"})
+        CHECK_FALSE(is_number_not_finite(word));
     CHECK(whole_number("+12") == 12);
     CHECK(whole_number("-12") == -12);
     for (const char* const word : {"", "+", "+-1", "1.0", "1e3", "9223372036854775808", "12 "})
