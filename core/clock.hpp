@@ -2,6 +2,7 @@
 // Scheduling clock interface, CLOCK_MONOTONIC, and a simulated clock that runs hours of triggers in seconds.
 #pragma once
 
+#include "core/tai_source.hpp"
 #include "core/time.hpp"
 
 #include <atomic>
@@ -26,7 +27,8 @@ public:
     virtual void interrupt() noexcept = 0;
     virtual void rearm() noexcept = 0;
 
-    /// TAI minus this clock, in ns. If the kernel's TAI offset is not set, TAI equals UTC (CLOCK_REALTIME).
+    /// TAI minus this clock, in ns. Where the kernel has no TAI offset, and no correction is set, TAI equals
+    /// UTC (CLOCK_REALTIME).
     [[nodiscard]] virtual std::int64_t tai_offset_ns() const noexcept = 0;
 };
 
@@ -38,13 +40,18 @@ public:
     void interrupt() noexcept override;
     void rearm() noexcept override;
     [[nodiscard]] std::int64_t tai_offset_ns() const noexcept override;
-    /// Correction added to tai_offset_ns() from now on, for a kernel whose TAI offset is unset or wrong.
-    /// Thread-safe.
-    void set_tai_correction_ns(std::int64_t ns) noexcept { tai_correction_ns_.store(ns); }
+    /// Correction added to tai_offset_ns() from now on, for a kernel whose TAI offset is unset. Thread-safe.
+    void set_tai_correction(TaiCorrection correction) noexcept {
+        tai_correction_ns_.store(correction.ns);
+        tai_source_.store(correction.source);
+    }
+    /// Source of the correction; unknown before the first one.
+    [[nodiscard]] TaiSource tai_source() const noexcept { return tai_source_.load(); }
 
 private:
     std::atomic<std::uint32_t> interrupted_{0};
     std::atomic<std::int64_t> tai_correction_ns_{0};
+    std::atomic<TaiSource> tai_source_{TaiSource::unknown};
 };
 
 /// Simulated clock that moves only by advance_to(). In `auto_advance` mode a sleep sets the clock to its

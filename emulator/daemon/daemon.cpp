@@ -44,6 +44,9 @@ Daemon::Daemon(emulator::DaemonConfig config) : config_(std::move(config)) {
     if (config_.ptp.enabled) ptp_ = std::make_unique<sync::PtpMonitor>(sync::monitor_settings(config_.ptp));
     for (const emulator::DaemonConfig* camera : cameras)
         units_.push_back(std::make_unique<CameraUnit>(*camera, threads_, log_, ptp_.get()));
+    const TaiCorrection tai = tai_.refresh(0);
+    for (const auto& unit : units_)
+        unit->set_tai_correction(tai);
     for (std::size_t i = 0; i < units_.size(); ++i)
         log_info("camera {}: run word {}{}", i, units_[i]->run(),
                  config_.daemon.run < 0 ? ", the next one at each further acquisition" : "");
@@ -222,8 +225,9 @@ void Daemon::tick() {
     log_.drain();
     publish_clock_states();
     report_refused_triggers();
+    const TaiCorrection tai = tai_.refresh(ptp_ ? ptp_->tai_correction_ns() : 0);
     for (const auto& unit : units_) {
-        if (ptp_) unit->set_tai_correction_ns(ptp_->tai_correction_ns());
+        unit->set_tai_correction(tai);
         unit->tick();
     }
 }

@@ -6,6 +6,7 @@
 #include "core/realtime/log.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/daemon/supervisor.hpp"
+#include "emulator/daemon/tai_reference.hpp"
 #include "emulator/unit/assemble.hpp"
 #include "emulator/unit/camera_unit.hpp"
 #include "emulator/unit/thread_plan.hpp"
@@ -137,6 +138,7 @@ private:
     Time last_alive_;
     bool silence_reported_ = false;
     LogRing log_;
+    TaiReference tai_;
     std::unique_ptr<sync::PtpMonitor> ptp_; ///< outlives the cameras, which ask it
     std::vector<std::unique_ptr<CameraUnit>> units_;
     std::vector<std::unique_ptr<TriggerLine>> lines_; ///< destroyed before the cameras they are connected to

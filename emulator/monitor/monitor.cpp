@@ -176,6 +176,7 @@ Json Monitor::made_state() const {
                  {"frame_trigger", {{"on", trigger.enabled}, {"source", name_of(trigger.source)}}},
                  {"frame_id", camera.moments().frame_id},
                  {"sensor", daemon_.config().cameras()[i]->sensor.name},
+                 {"tai", name_of(daemon_.unit(i).tai_source())},
                  {"pose_age_s", daemon_.unit(i).pose_age_s()},
                  {"pool", {{"frames", pool.size()}, {"in_use", pool.in_use()}}},
                  {"verdict", {{"health", name_of(verdict.health)}, {"text", verdict.text}}},

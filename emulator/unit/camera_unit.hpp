@@ -75,7 +75,9 @@ public:
     [[nodiscard]] std::string controller() const;
     void tick();
     /// Sets the correction of the kernel's TAI offset.
-    void set_tai_correction_ns(std::int64_t ns) noexcept { imaging_->clock.set_tai_correction_ns(ns); }
+    void set_tai_correction(TaiCorrection correction) noexcept {
+        imaging_->clock.set_tai_correction(correction);
+    }
     void write_timing_to(std::ostream& out);
 
     /// Runs `work` where no client of a transport changes the camera meanwhile, with the address of the
@@ -129,6 +131,8 @@ public:
     /// Heartbeats of all threads except the pipeline's (render, detector), for which see Camera::alive().
     [[nodiscard]] Heartbeats heartbeats() const;
     [[nodiscard]] Camera& camera() noexcept { return *camera_; }
+    /// What TAI of its times comes from. Thread-safe.
+    [[nodiscard]] TaiSource tai_source() const noexcept { return imaging_->clock.tai_source(); }
     [[nodiscard]] const Clock& clock() const noexcept { return imaging_->clock; }
     [[nodiscard]] const FramePool& pool() const noexcept { return *imaging_->pool; }
 

@@ -24,8 +24,8 @@ constexpr std::array<std::uint8_t, 4> magic{'O', 'B', 'T', 'R'};
 
 class UdpInput final : public EdgeInput {
 public:
-    UdpInput(const std::string& table, const std::string& text, bool accept_empty)
-        : accept_empty_(accept_empty), fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    UdpInput(const std::string& table, const std::string& text, bool accept_empty, const Clock* clock)
+        : accept_empty_(accept_empty), clock_(clock), fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
         const std::string key = table + ".listen";
         const sockaddr_in address = parse_ipv4_endpoint(key, text, lowest_port, example_address);
         if (!fd_ || ::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
@@ -73,11 +73,20 @@ private:
             const Time seen{to_ns(now)};
             edge.sequence = message.sequence;
             edge.at = message.tai_ns != 0
-                          ? plausible_edge(message.tai_ns, monotonic_minus(CLOCK_TAI), seen)
+                          ? tai_edge(message.tai_ns, seen)
                           : plausible_edge(arrival_ns(header), monotonic_minus(CLOCK_REALTIME), seen);
             return true;
         }
         return false;
+    }
+
+    // A sender's CLOCK_TAI may lack the offset from UTC that this machine's clock knows, or the reverse: they
+    // are seconds apart, and at most one is plausible.
+    [[nodiscard]] Time tai_edge(std::int64_t tai_ns, Time seen) const noexcept {
+        if (clock_ != nullptr)
+            if (const Time edge = plausible_edge(tai_ns, -clock_->tai_offset_ns(), seen); edge != seen)
+                return edge;
+        return plausible_edge(tai_ns, monotonic_minus(CLOCK_TAI), seen);
     }
 
     // CLOCK_REALTIME; 0 (never plausible) without a kernel stamp.
@@ -92,6 +101,7 @@ private:
     }
 
     const bool accept_empty_;
+    const Clock* const clock_;
     FileDescriptor fd_;
     std::uint64_t refused_ = 0;
 };
@@ -127,8 +137,9 @@ sockaddr_in parse_udp_address(const std::string& text) {
     return parse_ipv4_endpoint(text, lowest_port, example_address);
 }
 
-std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address, bool accept_empty) {
-    return std::make_unique<UdpInput>(table, address, accept_empty);
+std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address, bool accept_empty,
+                                    const Clock* clock) {
+    return std::make_unique<UdpInput>(table, address, accept_empty, clock);
 }
 
 } // namespace obscura::sync

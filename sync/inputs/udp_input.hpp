@@ -6,6 +6,7 @@
 // empty datagram may be an edge too, neither counted nor stamped.
 #pragma once
 
+#include "core/clock.hpp"
 #include "sync/edge_input.hpp"
 
 #include <netinet/in.h>
@@ -36,9 +37,9 @@ constexpr int udp_datagrams_per_wait = 64;
 [[nodiscard]] sockaddr_in parse_udp_address(const std::string& text);
 
 /// Binds to `address`. Datagrams that are not triggers are dropped and counted; `accept_empty`: empty ones
-/// are triggers. Throws ConfigError for an invalid address, else HardwareError; both name the key `listen` of
-/// `table`.
+/// are triggers; `clock`, which outlives the input: makes instants of TAI, before CLOCK_TAI. Throws
+/// ConfigError for an invalid address, else HardwareError; both name the key `listen` of `table`.
 [[nodiscard]] std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address,
-                                                  bool accept_empty = false);
+                                                  bool accept_empty = false, const Clock* clock = nullptr);
 
 } // namespace obscura::sync

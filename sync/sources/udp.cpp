@@ -32,8 +32,8 @@ void UdpKind::check(const TriggerLineSettings& /*line*/, const Refuse& refuse) c
 
 std::unique_ptr<TriggerSource> UdpKind::make(const TriggerLineSettings& line, const Clock& clock,
                                              const ThreadSettings& thread) const {
-    const auto open = [table = line.table(), address = listen, empty = accept_empty] {
-        return open_udp(table, address, empty);
+    const auto open = [table = line.table(), address = listen, empty = accept_empty, &clock] {
+        return open_udp(table, address, empty, &clock);
     };
     return std::make_unique<EdgeTrigger>(edge_trigger_settings(line, thread), open, clock);
 }

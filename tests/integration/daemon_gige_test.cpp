@@ -2,6 +2,7 @@
 // The whole daemon inside the test, seen by an independent GigE Vision client (libaravis).
 #include "core/clock.hpp"
 #include "emulator/daemon/daemon.hpp"
+#include "emulator/daemon/tai_reference.hpp"
 #include "sync/inputs/udp_input.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/integration/event_socket.hpp"
@@ -31,7 +32,8 @@ using namespace obscura::test;
 namespace {
 
 std::uint64_t tai_now() {
-    const MonotonicClock clock;
+    MonotonicClock clock;
+    clock.set_tai_correction(emulator::TaiReference().refresh(0));
     return static_cast<std::uint64_t>(clock.now().ns + clock.tai_offset_ns());
 }
 

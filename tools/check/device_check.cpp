@@ -3,8 +3,10 @@
 
 #include "core/clock.hpp"
 #include "core/io/file_descriptor.hpp"
+#include "emulator/daemon/tai_reference.hpp"
 #include "emulator/render/render_scheduling.hpp"
 #include "emulator/unit/thread_plan.hpp"
+#include "ephemeris/time/leap_seconds.hpp"
 #include "images/writers/pending_file.hpp"
 #include "sync/inputs/gpio_output.hpp"
 #include "sync/inputs/ipv4_endpoint.hpp"
@@ -24,6 +26,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -174,6 +177,21 @@ void try_folder(const transports::FileSinkSettings& file, Trials& trials) {
     });
 }
 
+void try_tai(Trials& trials) {
+    trials.run("TAI", DeviceState::missing, [] {
+        const ephemeris::LeapSeconds list = ephemeris::system_leap_seconds();
+        const int kernel_s = emulator::kernel_tai_minus_utc_s();
+        const TaiCorrection tai = emulator::tai_correction(kernel_s, 0, list, std::time(nullptr));
+        if (tai.source == TaiSource::unknown)
+            throw HardwareError(
+                "not known: the kernel has no TAI offset, and the machine's clock is before the first leap second; set the clock");
+        return tai.source == TaiSource::kernel
+                   ? fmt::format("UTC plus {} s by the kernel", kernel_s)
+                   : fmt::format("UTC plus {} s by {}, as the kernel has no TAI offset", tai.ns / ns_per_s,
+                                 list.source);
+    });
+}
+
 void try_realtime(const emulator::DaemonConfig& config, Trials& trials) {
     using emulator::RealtimeMode;
     if (config.daemon.realtime == RealtimeMode::off) return;
@@ -233,6 +251,7 @@ std::vector<DeviceTrial> try_devices(const emulator::DaemonConfig& config) {
                     "there is no socket {}: is ptp4l running, with this uds_address?", config.ptp.socket));
             return std::string("ptp4l's socket is there");
         });
+    try_tai(trials);
     try_realtime(config, trials);
     return trials.done;
 }

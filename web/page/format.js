@@ -27,10 +27,10 @@ export function figure(value, digits = 6) {
   return Number.isInteger(value) ? count(value) : String(+value.toPrecision(digits));
 }
 
-/** TAI in ns since 1970, a BigInt, as TAI date and time. */
-export function taiText(ns) {
+/** TAI in ns since 1970, a BigInt, as TAI date and time. `source` is what the state of a camera says of its TAI: with "unknown" it is UTC. */
+export function taiText(ns, source) {
   const ms = Number(ns / 1000000n);
-  return Number.isFinite(ms) && Math.abs(ms) < 8.64e15 ? `${new Date(ms).toISOString().replace("T", " ").replace("Z", "")} TAI` : "–";
+  return Number.isFinite(ms) && Math.abs(ms) < 8.64e15 ? `${new Date(ms).toISOString().replace("T", " ").replace("Z", "")} ${source === "unknown" ? "UTC" : "TAI"}` : "–";
 }
 
 /** Snake case for people. */

@@ -214,7 +214,7 @@ export function Live({camera, may}) {
     </div>
     <div class="side">
       <div class="panel"><h2>Frame</h2>${picture ? html`<${Facts} label="Frame" rows=${[
-        ["frame", String(picture.frame)], ["age", html`<${Age} picture=${picture} />`], ["trigger", String(picture.trigger)], ["edge", taiText(picture.edgeTaiNs)],
+        ["frame", String(picture.frame)], ["age", html`<${Age} picture=${picture} />`], ["trigger", String(picture.trigger)], ["edge", taiText(picture.edgeTaiNs, camera.state.tai)],
         ["image", `${picture.imageWidth} x ${picture.imageHeight}, ${picture.bits} bit`],
         ["rows so far", `${picture.rows} of ${picture.imageHeight}`],
         ["shown as", picture.bin > 1 ? `${picture.reduce === "max" ? "largest" : "mean"} of ${picture.bin} x ${picture.bin}` : "single pixels"],

@@ -96,10 +96,10 @@ function Frames({timing, bounds, camera, marked}) {
 }
 
 /** State of the trigger's clock, and of the machine's by PTP where the daemon watches that. */
-function Clocks({clock, ready, ptp}) {
+function Clocks({clock, ready, tai, ptp}) {
   const us = (ns) => ns === undefined || ns === null ? "not known" : span(ns / 1e3);
   return html`<${Facts} label="Clock" rows=${[["state", clock.state], ["source", clock.source], ...(clock.offset_ns === undefined ? [] : [["last pulse, after the expected instant", us(clock.offset_ns)]]),
-    ["trigger ready", ready ? "yes" : "no"], ...(ptp ? [["PTP", ptp.locked ? "locked" : "not locked"], ["PTP offset", us(ptp.offset_ns)], ["PTP path delay", us(ptp.path_delay_ns)]] : [["PTP", "not watched"]])]} />`;
+    ["trigger ready", ready ? "yes" : "no"], ...(tai ? [["TAI by", tai === "list" ? "leap second list" : tai]] : []), ...(ptp ? [["PTP", ptp.locked ? "locked" : "not locked"], ["PTP offset", us(ptp.offset_ns)], ["PTP path delay", us(ptp.path_delay_ns)]] : [["PTP", "not watched"]])]} />`;
 }
 
 export function Timing({camera, daemon, bounds}) {
@@ -123,7 +123,7 @@ export function Timing({camera, daemon, bounds}) {
         ["abandoned", c.abandoned], ["late frames", c.late], ["late rows", c.late_rows], ["stalled rows", c.stalled_rows],
         ["degraded frames", countsSince(state.camera.quality, mark && (mark.camera.quality ?? {})).degraded]]} /></div>
       <div><h3>Missed triggers by reason</h3><${Facts} label="Missed triggers by reason" bad=${missed.map(([reason]) => words(reason))} rows=${missed.map(([reason, n]) => [words(reason), n])} />
-        <h3>Clock</h3><${Clocks} clock=${state.clock} ready=${state.trigger_ready} ptp=${daemon.ptp} /></div>
+        <h3>Clock</h3><${Clocks} clock=${state.clock} ready=${state.trigger_ready} tai=${state.tai} ptp=${daemon.ptp} /></div>
     </div><div class="columns histograms">
       ${Object.entries(latencies(state)).filter(([, f]) => f?.up_to).map(([name, f]) => html`<${Histogram} key=${name} title=${COUNTED[name] ?? name[0].toUpperCase() + words(name).slice(1)}
         figures=${histogramSince(f, mark && (before[name] ?? none), bounds)} bounds=${bounds} />`)}

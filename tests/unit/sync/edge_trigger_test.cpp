@@ -246,6 +246,23 @@ TEST_CASE("a flood of other datagrams does not keep the thread of UDP triggers")
     CHECK(input->wait(ns_per_s, edges) == 1);
 }
 
+TEST_CASE("a stamp of a UDP trigger is read by the clock's TAI, or by CLOCK_TAI") {
+    const UdpSender sender;
+    MonotonicClock clock;
+    // 37 s, but for a kernel that knows them: then 74 s, so that the two differ.
+    clock.set_tai_correction({37 * ns_per_s, TaiSource::list});
+    const auto input = open_udp("trigger", sender.address(), false, &clock);
+    std::array<Edge, 4> edges;
+    const Time earlier{clock.now().ns - 100 * ns_per_ms};
+    for (const std::int64_t tai_ns :
+         {earlier.ns + clock.tai_offset_ns(), earlier.ns - monotonic_minus(CLOCK_TAI)}) {
+        const auto message = encode({0, tai_ns});
+        sender.send(message.data(), message.size());
+        REQUIRE(input->wait(ns_per_s, edges) == 1);
+        CHECK(std::abs(edges[0].at - earlier) < ns_per_ms);
+    }
+}
+
 TEST_CASE("UDP triggers over a socket: stamps, gaps, rubbish") {
     const UdpSender sender;
     const MonotonicClock clock;
