@@ -23,6 +23,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -46,7 +47,7 @@ public:
 
     TriangleMesh collect() {
         for (unsigned i = 0; i < scene_.mNumMeshes; ++i) {
-            with_normals_ = with_normals_ && scene_.mMeshes[i]->HasNormals();
+            with_normals_ = with_normals_ || scene_.mMeshes[i]->HasNormals();
             with_uvs_ = with_uvs_ || scene_.mMeshes[i]->HasTextureCoords(0);
         }
         if (scene_.mRootNode != nullptr) node(*scene_.mRootNode, aiMatrix4x4(), 0);
@@ -75,10 +76,13 @@ private:
             const aiVector3D p = place * m.mVertices[i];
             mesh_.vertices.push_back({scaled(p.x), scaled(p.y), scaled(p.z)});
             if (with_normals_) {
-                aiVector3D n = turn * m.mNormals[i];
+                // What is no direction stays unknown, for complete_normals().
+                constexpr float none = std::numeric_limits<float>::quiet_NaN();
+                const aiVector3D n = m.HasNormals() ? turn * m.mNormals[i] : aiVector3D(none, none, none);
                 const float norm = n.Length();
-                n = norm > 0 && std::isfinite(norm) ? n / norm : aiVector3D(0, 0, 1);
-                mesh_.normals.push_back({n.x, n.y, n.z});
+                const bool good = norm > 0 && std::isfinite(norm);
+                mesh_.normals.push_back(good ? Vec3f{n.x / norm, n.y / norm, n.z / norm}
+                                             : Vec3f{none, none, none});
             }
             if (with_uvs_) {
                 // assimp counts v upwards from the last row, but for glTF, whose reader flips v to that.
@@ -129,7 +133,7 @@ private:
 
     const aiScene& scene_;
     double scale_;
-    bool with_normals_ = true, with_uvs_ = false;
+    bool with_normals_ = false, with_uvs_ = false;
     TriangleMesh mesh_;
 };
 
@@ -156,7 +160,6 @@ TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, b
     importer.SetIOHandler(new NotingFiles(companions)); // which the importer deletes
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 80);
     const std::string end = lower_case(file.extension().string());
     int removed = aiComponent_COLORS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_BONEWEIGHTS |
                   aiComponent_ANIMATIONS | aiComponent_LIGHTS | aiComponent_CAMERAS;
@@ -168,9 +171,8 @@ TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, b
     if (end == ".3ds" && scene->mRootNode != nullptr)
         scene->mRootNode->mTransformation =
             aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1) * scene->mRootNode->mTransformation;
-    unsigned steps = aiProcess_ValidateDataStructure | aiProcess_RemoveComponent | aiProcess_Triangulate |
-                     aiProcess_SortByPType;
-    if (normals) steps |= aiProcess_GenSmoothNormals;
+    const unsigned steps = aiProcess_ValidateDataStructure | aiProcess_RemoveComponent |
+                           aiProcess_Triangulate | aiProcess_SortByPType;
     scene = importer.ApplyPostProcessing(steps);
     // A step of its own: it needs the indices of a damaged file to have been validated.
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);

@@ -66,7 +66,7 @@ TriangleMesh read_mesh_file(const MeshFileParameters& description) {
     TriangleMesh mesh = read(description);
     note_input(description.path);
     if (!description.smooth_normals) mesh.normals = {};
-    if (description.smooth_normals && mesh.normals.empty()) smooth_normals(mesh);
+    if (description.smooth_normals) complete_normals(mesh);
     return mesh;
 }
 

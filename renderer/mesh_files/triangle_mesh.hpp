@@ -40,8 +40,14 @@ struct TriangleMesh {
 /// all vertices and texture coordinates are finite. Removes triangles without area.
 void validate(TriangleMesh& mesh, const std::string& source);
 
-/// Fills `normals` with the means of the adjoining facets' normals, weighted by the facets' angles at the
-/// vertex (Thuermer and Wuethrich, Computing Vertex Normals from Polygonal Facets, JGT 3(1), 1998).
-void smooth_normals(TriangleMesh& mesh);
+/// Facets that meet at a larger angle have a crease between them, as far as a file has no normals there, deg.
+inline constexpr double crease_deg = 80;
+
+/// Fills in the normals that are missing (`normals` empty) or not finite: at a corner of a facet the mean of
+/// the normals of the facets that meet there, weighted by their angles (Thuermer and Wuethrich, Computing
+/// Vertex Normals from Polygonal Facets, JGT 3(1), 1998), but for those
+/// that meet it at more than `max_angle_deg` (180: none). Facets
+/// meet where vertices are at one place. Splits vertices whose corners have different normals.
+void complete_normals(TriangleMesh& mesh, double max_angle_deg = crease_deg);
 
 } // namespace obscura::renderer

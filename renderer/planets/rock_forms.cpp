@@ -55,7 +55,7 @@ TriangleMesh make_form(std::uint32_t form) {
         mesh.vertices[i] = {within(points[i].x, least.x, largest.x), within(points[i].y, least.y, largest.y),
                             within(points[i].z, least.z, largest.z)};
     }
-    smooth_normals(mesh);
+    complete_normals(mesh, 180);
     return mesh;
 }
 

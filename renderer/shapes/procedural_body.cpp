@@ -237,7 +237,7 @@ TriangleMesh make_procedural_body(const ProceduralBodyParameters& d) {
         vertex = {static_cast<float>(n.x * axes.x * r), static_cast<float>(n.y * axes.y * r),
                   static_cast<float>(n.z * axes.z * r)};
     }
-    smooth_normals(mesh);
+    complete_normals(mesh, 180);
     return mesh;
 }
 

@@ -23,7 +23,7 @@ inline renderer::TriangleMesh wavy_mesh(std::uint32_t side, double wavelength_m)
             mesh.triangles.push_back({a, a + 1, a + side + 2});
             mesh.triangles.push_back({a, a + side + 2, a + side + 1});
         }
-    renderer::smooth_normals(mesh);
+    renderer::complete_normals(mesh, 180);
     return mesh;
 }
 
