@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "core/text/length_unit.hpp"
 #include "core/text/text.hpp"
 #include "core/units.hpp"
 #include "images/readers/geo_tiff.hpp"
-#include "images/readers/pds_label.hpp"
+#include "images/readers/pds3_layout.hpp"
 #include "terrain/maps/map_source.hpp"
 #include "terrain/maps/pds3_map.hpp"
 
@@ -28,10 +29,10 @@ namespace {
 MapLabel read_pds3(const std::filesystem::path& file, std::int64_t width, std::int64_t height) {
     const images::PdsLabel label(file);
     MapLabel map;
-    const std::string unit = upper_case(label.text("IMAGE.UNIT", ""));
-    map.scale_m = unit.starts_with("KM") || unit.starts_with("KILOMET") ? 1000 : 1;
+    const images::PdsNumbers numbers = images::pds3_values(label);
+    map.scale_m = metres_of_unit(numbers.unit).value_or(1);
     const double radius = pds3_radii_m(label).x;
-    const double offset = label.number("IMAGE.OFFSET", 0) * map.scale_m;
+    const double offset = numbers.offset * map.scale_m;
     // With the reference radius as OFFSET the numbers are distances from the centre.
     if (radius > 0) map.meaning = offset > 0.5 * radius ? HeightMeaning::radius : HeightMeaning::height;
     if (!has_pds3_map(label)) return map;
@@ -92,10 +93,9 @@ public:
         MapLabel map;
         map.scale_m = tags_.scale.value_or(1);
         map.offset_m = tags_.offset.value_or(0);
-        if (tags_.unit == "km" || tags_.unit == "kilometer" || tags_.unit == "kilometre") {
-            map.scale_m *= 1000;
-            map.offset_m *= 1000;
-        }
+        const double unit_m = metres_of_unit(tags_.unit).value_or(1);
+        map.scale_m *= unit_m;
+        map.offset_m *= unit_m;
         const bool placed = !tags_.transformation.empty() || !tags_.pixel_scale.empty();
         const int model = whole(model_type);
         if (!placed || (model != model_projected && model != model_geographic)) return map;

@@ -70,9 +70,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         case 3:
             (void)decoded_transform(body);
             break;
-        case 4:
-            require(decoded_raw_file(body).width > 0);
-            break;
         default:
             one(one_line({reinterpret_cast<const char*>(body.data()), body.size()}));
             break;

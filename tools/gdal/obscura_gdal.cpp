@@ -301,19 +301,6 @@ std::string transformed(Files& files, GdalTransform request) {
     return out;
 }
 
-std::string raw_description(const GdalRawFile& file) {
-    char* name = CPLEscapeString(file.path.c_str(), -1, CPLES_XML);
-    std::string text =
-        fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">", file.width, file.height);
-    for (std::uint32_t i = 0; i < file.bands; ++i)
-        text += fmt::format(
-            "<VRTRasterBand dataType=\"{}\" band=\"{}\" subClass=\"VRTRawRasterBand\"><SourceFilename relativeToVRT=\"0\">{}</SourceFilename><ImageOffset>{}</ImageOffset><PixelOffset>{}</PixelOffset><LineOffset>{}</LineOffset><ByteOrder>{}</ByteOrder></VRTRasterBand>",
-            GDALGetDataTypeName(gdal_type(file.type)), i + 1, name, file.offset + i * file.band_bytes,
-            bytes_of(file.type), file.row_bytes, file.big_endian ? "MSB" : "LSB");
-    CPLFree(name);
-    return text + "</VRTDataset>";
-}
-
 /// False at the end of the input; throws at its end within a message.
 bool receive(void* to, std::size_t bytes) {
     char* at = static_cast<char*>(to);
@@ -349,8 +336,6 @@ bool answer(int out, Files& files, GdalMessage kind, std::span<const std::byte> 
     switch (kind) {
     case GdalMessage::open:
         return opened(std::string(reinterpret_cast<const char*>(body.data()), body.size()));
-    case GdalMessage::raw:
-        return opened(raw_description(decoded_raw_file(body)));
     case GdalMessage::read:
         return send(out, GdalMessage::samples, read_block(files, decoded_block(body)));
     case GdalMessage::transform:
@@ -369,7 +354,6 @@ int serve() {
     for (const auto& [key, value] : {std::pair{"GDAL_CACHEMAX", "64"},
                                      {"CPL_VSIL_CURL_ALLOWED_EXTENSIONS", "{none}"},
                                      {"GDAL_VRT_ENABLE_PYTHON", "NO"},
-                                     {"GDAL_VRT_RAWRASTERBAND_ALLOWED_SOURCE", "ALL"},
                                      {"OSR_DEFAULT_AXIS_MAPPING_STRATEGY", "TRADITIONAL_GIS_ORDER"},
                                      {"GTIFF_POINT_GEO_IGNORE", "NO"}})
         CPLSetConfigOption(key, value);

@@ -205,19 +205,6 @@ GdalMap GdalProcess::open(const std::filesystem::path& file) {
     }
 }
 
-GdalMap GdalProcess::open_raw(const GdalRawFile& file, const std::filesystem::path& label) {
-    require_regular_file(file.path);
-    const std::string name = label.string();
-    try {
-        GdalMap map = decoded_map(ask(GdalMessage::raw, encoded(file), GdalMessage::opened, name));
-        if (map.id != names_.size()) throw GdalProtocolError("the number of another file");
-        names_.push_back(name);
-        return map;
-    } catch (const GdalProtocolError& error) {
-        throw InputError(fmt::format("{}: obscura-gdal answers with {}", name, error.what()));
-    }
-}
-
 std::span<const std::byte> GdalProcess::read(const GdalBlock& block, GdalType type) {
     const std::string name = name_of_file(block.id);
     const auto samples = ask(GdalMessage::read, encoded(block), GdalMessage::samples, name);

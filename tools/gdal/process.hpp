@@ -35,8 +35,6 @@ public:
 
     /// All throw InputError `file: why`.
     [[nodiscard]] GdalMap open(const std::filesystem::path& file);
-    /// Samples as they lie in a file; `label` is named in messages.
-    [[nodiscard]] GdalMap open_raw(const GdalRawFile& file, const std::filesystem::path& label);
     /// Samples of a block of a band with that type, in the type of the file, rows * columns. The bytes are
     /// valid until the next request.
     [[nodiscard]] std::span<const std::byte> read(const GdalBlock& block, GdalType type);

@@ -248,42 +248,6 @@ GdalTransform decoded_transform(std::span<const std::byte> body) {
     return transform;
 }
 
-std::string encoded(const GdalRawFile& file) {
-    Encoder out;
-    out.put(file.path);
-    out.put(file.width);
-    out.put(file.height);
-    out.put(file.type);
-    out.put(file.bands);
-    out.put(file.offset);
-    out.put(file.row_bytes);
-    out.put(file.band_bytes);
-    out.put(file.big_endian);
-    return out.take();
-}
-
-GdalRawFile decoded_raw_file(std::span<const std::byte> body) {
-    Decoder in(body);
-    GdalRawFile file;
-    in.get(file.path);
-    in.get(file.width);
-    in.get(file.height);
-    check_size(file.width, file.height);
-    in.get(file.type);
-    check_type(file.type);
-    in.get(file.bands);
-    require(file.bands > 0 && file.bands <= gdal_band_limit, "an impossible number of bands");
-    in.get(file.offset);
-    in.get(file.row_bytes);
-    in.get(file.band_bytes);
-    in.get(file.big_endian);
-    in.end();
-    require(file.offset < std::uint64_t{1} << 62 && file.row_bytes < std::uint64_t{1} << 31 &&
-                file.band_bytes < std::uint64_t{1} << 62,
-            "an impossible place of samples");
-    return file;
-}
-
 std::string one_line(std::string_view text) {
     std::string out;
     for (const char c : text.substr(0, 400)) {

@@ -24,7 +24,6 @@ enum class GdalMessage : std::uint32_t {
     open = 1,      ///< path: answered by `opened`
     read = 2,      ///< GdalBlock: answered by `samples`
     transform = 3, ///< GdalTransform: answered by `points`
-    raw = 4,       ///< GdalRawFile: answered by `opened`
     // Answers.
     opened = 101,  ///< GdalMap
     samples = 102, ///< rows * columns samples of the band's type
@@ -116,17 +115,6 @@ struct GdalTransform {
     std::vector<std::array<double, 2>> points;
 };
 
-/// Samples that lie in a file as they are, for labels that GDAL does not read.
-struct GdalRawFile {
-    std::string path;
-    std::int64_t width = 0, height = 0;
-    GdalType type{};
-    std::uint32_t bands = 1;
-    std::uint64_t offset = 0;                    ///< of the first sample, bytes
-    std::uint64_t row_bytes = 0, band_bytes = 0; ///< from row to row, from band to band
-    bool big_endian = false;
-};
-
 /// A message that is cut off, too long or of impossible content.
 class GdalProtocolError : public std::runtime_error {
 public:
@@ -137,11 +125,9 @@ public:
 [[nodiscard]] std::string encoded(const GdalMap& map);
 [[nodiscard]] std::string encoded(const GdalBlock& block);
 [[nodiscard]] std::string encoded(const GdalTransform& transform);
-[[nodiscard]] std::string encoded(const GdalRawFile& file);
 [[nodiscard]] GdalMap decoded_map(std::span<const std::byte> body);
 [[nodiscard]] GdalBlock decoded_block(std::span<const std::byte> body);
 [[nodiscard]] GdalTransform decoded_transform(std::span<const std::byte> body);
-[[nodiscard]] GdalRawFile decoded_raw_file(std::span<const std::byte> body);
 
 /// `text` as one line without control characters, of at most 400 bytes.
 [[nodiscard]] std::string one_line(std::string_view text);

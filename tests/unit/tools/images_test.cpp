@@ -353,9 +353,8 @@ TEST_CASE("PDS3 images, attached and detached, in every sample type") {
     CHECK(refusal(label("\"../../etc/passwd\"", "MSB_INTEGER", 16, "")).find("PASSWD: cannot be opened") ==
           0);
     CHECK(refusal(label("\"DATA.IMG\"", "MSB_INTEGER", 24, "")) ==
-          "x.lbl: samples of type MSB_INTEGER with 24 bits cannot be read, allowed are integers of 8, 16, "
-          "32 and 64 and "
-          "IEEE reals of 32 and 64 bits");
+          "x.lbl: samples of type MSB_INTEGER with 24 bits cannot be read, allowed are integers of 8, 16, 32 "
+          "and 64 bits and reals of 32 and 64 bits (IEEE, VAX)");
     CHECK(refusal(label("99", "UNSIGNED_INTEGER", 8, "")).find("x.lbl: ") == 0);
     CHECK(refusal("PDS_VERSION_ID = PDS3\nEND\n") == "x.lbl: the label has no IMAGE.LINE_SAMPLES");
     CHECK(refusal("PDS_VERSION_ID = \"PDS3\nEND\n") ==

@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/units.hpp"
-#include "images/readers/pds3_numbers.hpp"
 
 #include <fmt/format.h>
 
@@ -40,72 +39,38 @@ std::optional<images::PdsLabel> label_of(const std::filesystem::path& file) {
     return std::nullopt;
 }
 
-/// The type of the samples as PDS3 labels have it; the byte order is GDAL's affair.
-images::Pds3SampleType sample_type_of(GdalType type) {
-    using Kind = images::Pds3SampleType::Kind;
-    switch (type) {
-    case GdalType::u8:
-        return {Kind::unsigned_integer, false, 1};
-    case GdalType::i8:
-        return {Kind::signed_integer, false, 1};
-    case GdalType::u16:
-        return {Kind::unsigned_integer, false, 2};
-    case GdalType::i16:
-        return {Kind::signed_integer, false, 2};
-    case GdalType::u32:
-        return {Kind::unsigned_integer, false, 4};
-    case GdalType::i32:
-        return {Kind::signed_integer, false, 4};
-    case GdalType::f32:
-        return {Kind::real, false, 4};
-    case GdalType::f64:
-        break;
-    }
-    return {Kind::real, false, 8};
+/// The type that holds the numbers of such samples.
+GdalType gdal_type_of(const images::PdsSampleType& type) {
+    using Kind = images::PdsSampleType::Kind;
+    if (type.is_real() || type.bytes == 8) return type.bytes == 4 ? GdalType::f32 : GdalType::f64;
+    const bool negative = type.kind == Kind::signed_integer;
+    if (type.bytes == 1) return negative ? GdalType::i8 : GdalType::u8;
+    if (type.bytes == 2) return negative ? GdalType::i16 : GdalType::u16;
+    return negative ? GdalType::i32 : GdalType::u32;
 }
 
-GdalRawFile raw_file(const images::Pds3Layout& at) {
-    using Kind = images::Pds3SampleType::Kind;
-    GdalRawFile raw;
-    raw.path = std::filesystem::absolute(at.data).string();
-    raw.width = at.width;
-    raw.height = at.height;
-    raw.bands = static_cast<std::uint32_t>(std::min<std::int64_t>(at.bands, gdal_band_limit));
-    raw.offset = static_cast<std::uint64_t>(at.offset + at.prefix);
-    raw.row_bytes = static_cast<std::uint64_t>(at.line_bytes);
-    raw.band_bytes = static_cast<std::uint64_t>(at.line_bytes * at.height);
-    raw.big_endian = !at.type.little_endian;
-    const bool whole = at.type.kind == Kind::signed_integer;
-    if (at.type.kind == Kind::real)
-        raw.type = at.type.bytes == 4 ? GdalType::f32 : GdalType::f64;
-    else if (at.type.bytes == 1)
-        raw.type = GdalType::u8;
-    else if (at.type.bytes == 2)
-        raw.type = whole ? GdalType::i16 : GdalType::u16;
-    else
-        raw.type = whole ? GdalType::i32 : GdalType::u32;
-    return raw;
+/// The encoding of numbers of that type, byte order apart.
+images::PdsSampleType sample_type_of(GdalType type) {
+    using Kind = images::PdsSampleType::Kind;
+    images::PdsSampleType out;
+    out.bytes = bytes_of(type);
+    if (type == GdalType::f32 || type == GdalType::f64)
+        out.kind = Kind::real;
+    else if (type == GdalType::i8 || type == GdalType::i16 || type == GdalType::i32)
+        out.kind = Kind::signed_integer;
+    return out;
 }
 
 template<typename T>
 void to_floats(std::span<const std::byte> bytes, const MapNumbers& numbers, double shift,
                std::span<float> out) {
-    constexpr float none = std::numeric_limits<float>::quiet_NaN();
     const bool bounded = std::isfinite(numbers.min_valid) || std::isfinite(numbers.largest_valid);
-    const bool plain = numbers.missing.empty() && !bounded;
+    const bool plain = !std::is_floating_point_v<T> && numbers.missing.empty() && !bounded;
     for (std::size_t i = 0; i < out.size(); ++i) {
         T raw;
         std::memcpy(&raw, bytes.data() + i * sizeof(T), sizeof(T));
         const auto number = static_cast<double>(raw);
-        out[i] = static_cast<float>(number - shift);
-        if constexpr (std::is_floating_point_v<T>) {
-            if (!(std::abs(number) < 1e30)) out[i] = none;
-        }
-        if (plain) continue;
-        bool missing = number < numbers.min_valid || number > numbers.largest_valid;
-        for (const double m : numbers.missing)
-            missing |= number == m || static_cast<float>(number) == static_cast<float>(m);
-        if (missing) out[i] = none;
+        out[i] = static_cast<float>((plain ? number : numbers.valid(number)) - shift);
     }
 }
 
@@ -119,7 +84,7 @@ MapSource::MapSource(GdalProcess& process, const std::filesystem::path& file, co
     for (const std::string& warning : map_.warnings)
         remarks.note(name_ + ": GDAL: " + one_line(warning));
     choose_bands(settings, remarks);
-    read_numbers(settings, remarks);
+    read_numbers(settings);
     place_ = georeference(map_, label_ ? &*label_ : nullptr, settings, name_, remarks);
     check_projection(remarks);
     if (place_.foreign) return;
@@ -133,47 +98,49 @@ MapSource::MapSource(GdalProcess& process, const std::filesystem::path& file, co
 
 void MapSource::open(const std::filesystem::path& file) {
     label_ = label_of(file);
+    std::optional<images::Pds3Layout> layout;
+    if (label_) {
+        try {
+            layout = images::pds3_layout(*label_);
+        } catch (const InputError&) { // GDAL may read it, or else it says why not
+        }
+    }
     // A label beside data that GDAL cannot open by themselves, or the data of a label.
     const bool label_is_beside = label_ && label_->file() != file;
     std::string why;
     try {
-        // GDAL takes ^IMAGE = 'X.IMG' for the label itself.
-        if (label_ && label_->has("^IMAGE") && label_->text("^IMAGE").find('\'') != std::string::npos)
-            throw InputError(name_ + ": ^IMAGE is in single quotes");
         map_ = process_.open(file);
-        return;
     } catch (const InputError& error) {
         if (!label_ || !process_.running()) throw;
         why = error.what();
     }
-    if (label_is_beside && why.find("quotes") == std::string::npos) {
+    if (!why.empty() && label_is_beside) {
         try {
             map_ = process_.open(label_->file());
-            return;
+            why.clear();
         } catch (const InputError&) {
             if (!process_.running()) throw;
         }
     }
-    // Labels that GDAL does not take, as those with ^IMAGE = 'X.IMG': samples that are not compressed are
-    // read where the label says.
-    images::Pds3Layout layout;
-    try {
-        layout = images::pds3_layout(*label_);
-    } catch (const InputError&) {
+    // Samples that are not compressed are read where the label says, which GDAL takes otherwise in some
+    // labels; it takes ^IMAGE = 'X.IMG' for the label itself.
+    if (why.empty() && map_.driver != "PDS") return;
+    if (layout)
+        open_samples(*layout);
+    else if (!why.empty())
         throw InputError(why);
-    }
-    using Kind = images::Pds3SampleType::Kind;
-    const bool long_integers = layout.type.bytes == 8 && layout.type.kind != Kind::real;
-    if (layout.interleaved || long_integers) throw InputError(why);
-    const auto wanted = static_cast<std::uintmax_t>(
-        layout.offset + layout.line_bytes * layout.height * layout.bands - layout.suffix);
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(layout.data, error);
-    if (error || size < wanted)
-        throw InputError(fmt::format("{}: {} bytes, its label {} describes an image up to byte {}",
-                                     layout.data.string(), error ? 0 : size, label_->file().string(),
-                                     wanted));
-    map_ = process_.open_raw(raw_file(layout), file);
+}
+
+void MapSource::open_samples(const images::Pds3Layout& layout) {
+    samples_ = std::make_unique<images::Pds3Samples>(layout);
+    map_.width = layout.width;
+    map_.height = layout.height;
+    map_.band_count = static_cast<std::uint32_t>(layout.bands);
+    GdalBand band;
+    band.type = gdal_type_of(layout.type);
+    band.block_width = static_cast<std::uint32_t>(std::min<std::int64_t>(layout.width, 1 << 30));
+    band.block_height = 1;
+    map_.bands.assign(std::min(map_.band_count, gdal_band_limit), band);
 }
 
 void MapSource::choose_bands(const MapSettings& settings, MapRemarks& remarks) {
@@ -213,31 +180,6 @@ bool MapSource::may_have_holes() const {
            numbers_.type == GdalType::f64;
 }
 
-void MapSource::numbers_of_label(MapRemarks& remarks) {
-    const images::PdsLabel& label = *label_;
-    numbers_.unit.clear();
-    numbers_.missing.clear(); // GDAL makes them up where the label says nothing
-    if (label.has("IMAGE.SCALING_FACTOR") || label.has("IMAGE.OFFSET")) {
-        numbers_.scale = label.number("IMAGE.SCALING_FACTOR", 1);
-        numbers_.offset = label.number("IMAGE.OFFSET", 0);
-        numbers_.scaled = true;
-    }
-    numbers_.unit = label.text("IMAGE.UNIT", "");
-    if (numbers_.unit == "N/A") numbers_.unit.clear();
-    numbers_.missing = images::pds3_missing(label, sample_type_of(numbers_.type));
-    for (const auto& [key, target] :
-         {std::pair{"IMAGE.MINIMUM", &numbers_.stated_least}, {"IMAGE.MAXIMUM", &numbers_.stated_largest}}) {
-        if (!label.has(key)) continue;
-        const std::string text = label.text(key, "");
-        if (!text.empty() && text.find_first_not_of("0123456789+-.eE") == std::string::npos)
-            *target = label.number(key, 0);
-    }
-    if (numbers_.scale == 0 || !std::isfinite(numbers_.scale) || !std::isfinite(numbers_.offset)) {
-        remarks.warn(fmt::format("{}: SCALING_FACTOR {} is not possible: 1 is taken", name_, numbers_.scale));
-        numbers_.scale = 1;
-    }
-}
-
 /// ISIS gives numbers at the ends of the range to samples that are missing, or too dark or bright to count.
 void MapSource::numbers_of_isis() {
     switch (numbers_.type) {
@@ -259,7 +201,7 @@ void MapSource::numbers_of_isis() {
     numbers_.missing.clear();
 }
 
-void MapSource::read_numbers(const MapSettings& settings, MapRemarks& remarks) {
+void MapSource::read_numbers(const MapSettings& settings) {
     const GdalBand& band = map_.bands[bands_[0] - 1];
     numbers_.type = band.type;
     numbers_.masked = band.masked;
@@ -267,14 +209,23 @@ void MapSource::read_numbers(const MapSettings& settings, MapRemarks& remarks) {
     numbers_.offset = band.offset.value_or(0);
     numbers_.scaled = numbers_.scale != 1 || numbers_.offset != 0;
     numbers_.unit = band.unit;
-    if (band.nodata) numbers_.missing.push_back(*band.nodata);
+    const images::PdsSampleType type = samples_ ? samples_->layout().type : sample_type_of(band.type);
+    const auto missing = [&](double number) { // one that no sample can be marks none
+        const std::optional<double> sample = images::as_sample(type, number);
+        numbers_.missing = sample ? std::vector<double>{*sample} : std::vector<double>();
+        return sample.has_value();
+    };
+    if (band.nodata) missing(*band.nodata);
     if (map_.driver == "ISIS3" || map_.driver == "ISIS2") numbers_of_isis();
-    if (label_) numbers_of_label(remarks);
+    // What GDAL says of missing samples is made up where the label says nothing.
+    if (label_) static_cast<images::PdsNumbers&>(numbers_) = images::pds3_numbers(*label_, type);
     if (settings.scale) numbers_.scale = *settings.scale;
     if (settings.offset) numbers_.offset = *settings.offset;
     if (settings.scale || settings.offset) numbers_.scaled = true;
-    if (settings.nodata) numbers_.missing = {*settings.nodata};
-    if (!(std::abs(numbers_.scale) > 0 && std::isfinite(numbers_.scale) && std::isfinite(numbers_.offset)))
+    if (settings.nodata && !missing(*settings.nodata))
+        throw InputError(fmt::format("{}: --nodata {}: none of its samples of type {} can be that", name_,
+                                     *settings.nodata, name_of(band.type)));
+    if (!numbers_.possible())
         throw InputError(fmt::format("{}: scale {} and offset {} are not possible (--scale, --offset)", name_,
                                      numbers_.scale, numbers_.offset));
 }
@@ -317,8 +268,19 @@ void MapSource::check_projection(MapRemarks& remarks) {
     }
 }
 
+void MapSource::read_samples(std::int64_t band, std::int64_t x, std::int64_t y, int columns, int rows,
+                             std::span<float> out) {
+    std::vector<double> row(static_cast<std::size_t>(columns));
+    for (int r = 0; r < rows; ++r) {
+        samples_->read(band, x, y + r, row);
+        to_floats<double>(std::as_bytes(std::span(row)), numbers_, shift_,
+                          out.subspan(static_cast<std::size_t>(r) * row.size(), row.size()));
+    }
+}
+
 void MapSource::read(std::uint32_t plane, std::int64_t x, std::int64_t y, int columns, int rows,
                      std::span<float> out) {
+    if (samples_) return read_samples(bands_[plane] - 1, x, y, columns, rows, out);
     const GdalType type = numbers_.type;
     const std::uint64_t size = bytes_of(type);
     const auto across = static_cast<std::uint32_t>(

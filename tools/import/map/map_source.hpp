@@ -2,13 +2,13 @@
 // One map file as it is imported: place, numbers, their meaning.
 #pragma once
 
+#include "images/readers/pds3_layout.hpp"
 #include "images/readers/pds_label.hpp"
 #include "tools/gdal/process.hpp"
 #include "tools/import/map/georeference.hpp"
 #include "tools/import/map/raster_reader.hpp"
 
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,19 +16,10 @@
 
 namespace obscura::tools {
 
-/// What the numbers of a file are. Value = offset + scale * number.
-struct MapNumbers {
+/// What the numbers of a file are.
+struct MapNumbers : images::PdsNumbers {
     GdalType type{};
-    double scale = 1, offset = 0;
-    bool scaled = false; ///< scale or offset are stated
-    std::string unit;    ///< as stated; empty: it is not
-    /// Numbers of missing samples; of others, these bounds.
-    std::vector<double> missing;
-    double min_valid = -std::numeric_limits<double>::infinity();
-    double largest_valid = std::numeric_limits<double>::infinity();
-    bool masked = false;
-    /// Range of all numbers that the label states.
-    std::optional<double> stated_least, stated_largest;
+    bool masked = false; ///< a mask of the file says which are valid, too
 };
 
 /// Thread-bound, as its process is.
@@ -59,9 +50,11 @@ public:
 
 private:
     void open(const std::filesystem::path& file);
+    void open_samples(const images::Pds3Layout& layout);
+    void read_samples(std::int64_t band, std::int64_t x, std::int64_t y, int columns, int rows,
+                      std::span<float> out);
     void choose_bands(const MapSettings& settings, MapRemarks& remarks);
-    void read_numbers(const MapSettings& settings, MapRemarks& remarks);
-    void numbers_of_label(MapRemarks& remarks);
+    void read_numbers(const MapSettings& settings);
     void numbers_of_isis();
     void check_projection(MapRemarks& remarks);
 
@@ -69,6 +62,8 @@ private:
     std::string name_;
     GdalMap map_;
     std::optional<images::PdsLabel> label_;
+    /// Samples of a PDS3 label that are not compressed; none: GDAL reads them.
+    std::unique_ptr<images::Pds3Samples> samples_;
     Georeference place_;
     MapNumbers numbers_;
     std::vector<std::uint32_t> bands_; ///< of the planes, from 1

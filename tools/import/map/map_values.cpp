@@ -2,11 +2,11 @@
 #include "tools/import/map/map_values.hpp"
 
 #include "core/error.hpp"
+#include "core/text/length_unit.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 namespace obscura::tools {
@@ -15,19 +15,6 @@ namespace {
 using terrain::HeightMeaning;
 using terrain::ObtKind;
 using terrain::SampleType;
-
-/// Metres of a unit that a file states; nothing: no unit of length is known.
-std::optional<double> metres_of(std::string unit) {
-    std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (unit == "m" || unit == "metre" || unit == "meter" || unit == "metres" || unit == "meters") return 1;
-    if (unit == "km" || unit == "kilometre" || unit == "kilometer" || unit == "kilometres" ||
-        unit == "kilometers")
-        return 1000;
-    if (unit == "ft" || unit == "foot" || unit == "feet") return 0.3048;
-    if (unit == "cm" || unit == "centimeter" || unit == "centimetre") return 0.01;
-    if (unit == "mm" || unit == "millimeter" || unit == "millimetre") return 0.001;
-    return std::nullopt;
-}
 
 /// Whether all values may be distances from the centre of a body of about that radius; Eros: 0.37 to 2.1.
 bool are_radii(double min_m, double largest_m, double radius_m) {
@@ -97,7 +84,7 @@ private:
 
     double unit_m(double radius) {
         const std::string& stated = map_.numbers().unit;
-        const std::optional<double> known = metres_of(stated);
+        const std::optional<double> known = metres_of_unit(stated);
         if (settings_.unit_m) {
             if (known && *known != *settings_.unit_m)
                 remarks_.note(
