@@ -63,12 +63,12 @@ void TileLoading::predict_views(const RenderRequest& request) const {
             const ApparentBody seen = apparent_body(scene, bodies, i, camera.position_m, time_s);
             const Mat3 from_inertial = transposed(to_matrix(seen.pose.orientation));
             // A tenth of the field more on each side.
-            loaders_[k]->predict(
-                {from_inertial * (camera.position_m - seen.position_at(0)),
-                 from_inertial * (inertial_from_camera * Vec3{0, 0, 1}), 1.1 * built_.field_rad,
-                 terrains[k]->cell_px() * built_.lens->pixel_angle_rad(),
-                 rounded_sun(from_inertial * seen.to_sun_m(scene.sun.position_at(time_s)),
-                             scene.sun.radius_m)});
+            loaders_[k]->predict({from_inertial * (camera.position_m - seen.position_at(0)),
+                                  from_inertial * (inertial_from_camera * Vec3{0, 0, 1}),
+                                  1.1 * built_.field_rad,
+                                  terrains[k]->cell_px() * built_.lens->pixel_angle_rad(),
+                                  rounded_sun(from_inertial * seen.to_sun_m(scene.sun.position_at(time_s)),
+                                              scene.sun.radius_m)});
             break;
         }
 }

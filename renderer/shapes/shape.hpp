@@ -30,8 +30,8 @@ public:
     virtual void cull(const RayPacket& /*rays*/, double /*slack_rad*/, Lanes& /*near*/) const {}
 
     /// Nearest hits of the active rays, 0 < t < hits.t. Writes t, primitive, u, v and `body` where nearer. A
-    /// ray that starts on the surface, or below it by no more than rounding (renderer/shapes/own_surface.hpp),
-    /// and points outwards does not hit it there.
+    /// ray that starts on the surface, or below it by no more than rounding
+    /// (renderer/shapes/own_surface.hpp), and points outwards does not hit it there.
     virtual void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const = 0;
     /// Switches off the active lanes that meet the surface at 0 < t < t_max. Rays start clear of it.
     virtual void occlude(RayPacket& rays) const = 0;
