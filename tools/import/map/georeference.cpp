@@ -21,6 +21,22 @@ using terrain::Projection;
 using terrain::ProjectionKind;
 using terrain::Registration;
 
+/// Part of a pixel by which samples of a rounded label miss their place.
+constexpr double same_sample = 0.02;
+
+/// Samples by which the transform of a rounded label misses a turn or the poles over `samples`.
+double rounded_samples(double samples) {
+    return std::min(0.5, 1e-4 * samples);
+}
+
+/// A simple cylindrical map whose rows are parallels.
+bool is_upright(const Georeference& place) {
+    const terrain::PixelTransform& t = place.transform;
+    return !place.foreign && place.projection.kind == ProjectionKind::simple_cylindrical &&
+           std::isnormal(t[1]) && std::isnormal(t[5]) && std::isfinite(t[0]) && std::isfinite(t[3]) &&
+           t[2] == 0 && t[4] == 0;
+}
+
 /// Sets the projection's spheroid: the longest axis and the third.
 void set_radii(Projection& projection, Vec3 radii_m) {
     projection.equatorial_radius_m = std::max(radii_m.x, radii_m.y);
@@ -152,28 +168,73 @@ Georeference by_label(const GdalMap& map, const PdsLabel& label, const MapSettin
 
 } // namespace
 
-void make_whole(Georeference& place, std::int64_t width, std::int64_t height, const std::string& name,
-                MapRemarks& remarks) {
-    if (place.foreign || place.projection.kind != ProjectionKind::simple_cylindrical) return;
+void crop(Georeference& place, const std::string& name, MapRemarks& remarks) {
+    if (!is_upright(place)) return;
     terrain::PixelTransform& t = place.transform;
-    if (t[1] == 0 || t[5] == 0 || t[2] != 0 || t[4] != 0) return;
-    if (place.registration == Registration::pixel) {
-        // Grids of nodes come as pixels whose outer samples, not edges, lie at the poles or a turn apart.
-        const double across = std::abs(place.projection.turn_m() / t[1]);
-        const double pole = std::numbers::pi / 2 * place.projection.equatorial_radius_m;
-        const double first = std::abs(t[3] + 0.5 * t[5]),
-                     last = std::abs(t[3] + (static_cast<double>(height) - 0.5) * t[5]);
-        const bool at_poles =
-            std::abs(first - pole) < 0.02 * std::abs(t[5]) && std::abs(last - pole) < 0.02 * std::abs(t[5]);
-        if (at_poles || std::abs(static_cast<double>(width) - 1 - across) < 0.02) {
-            place.registration = Registration::node;
-            t[0] += 0.5 * t[1];
-            t[3] += 0.5 * t[5];
-            remarks.note(name + ": its outer samples lie at the poles or a turn apart: a grid of nodes");
-        }
+    const double offset = place.registration == Registration::pixel ? 0.5 : 0;
+    const double pole = std::numbers::pi / 2 * place.projection.equatorial_radius_m;
+    const auto beyond = [&](std::int64_t row) {
+        return std::abs(t[3] + (static_cast<double>(row) + offset) * t[5]) - pole >
+               same_sample * std::abs(t[5]);
+    };
+    // Latitudes of rows are monotonic: rows from `first` to before `end` are within the poles.
+    const double to_first = (std::copysign(pole, -t[5]) - t[3]) / t[5] - offset - same_sample,
+                 to_last = (std::copysign(pole, t[5]) - t[3]) / t[5] - offset + same_sample;
+    const auto rows = static_cast<double>(place.height);
+    if (!(to_first <= rows - 1 && to_last >= 0))
+        throw InputError(name + ": all its rows lie beyond a pole (--edges says where its samples are)");
+    auto first = static_cast<std::int64_t>(std::ceil(std::max(to_first, 0.0)));
+    auto end = static_cast<std::int64_t>(std::floor(std::min(to_last, rows - 1))) + 1;
+    while (first < end && beyond(first)) // rounding
+        ++first;
+    while (first < end && beyond(end - 1))
+        --end;
+    if (first >= end)
+        throw InputError(name + ": all its rows lie beyond a pole (--edges says where its samples are)");
+    if (end - first < place.height) {
+        remarks.warn(fmt::format("{}: {} of its rows lie beyond a pole: they are left out", name,
+                                 place.height - (end - first)));
+        t[3] += static_cast<double>(first) * t[5];
+        place.first_row = first;
+        place.height = end - first;
     }
+    // One column more than a turn has is the first again.
+    const double turn = std::abs(place.projection.turn_m() / t[1]);
+    const auto columns = static_cast<double>(place.width);
+    const bool whole = std::abs(turn - std::round(turn)) < std::max(2e-3, rounded_samples(columns));
+    const double most = whole ? std::round(turn) + 1 : std::floor(turn);
+    if (columns > most && columns > turn) {
+        if (most < 1) throw InputError(name + ": one of its columns is more than a full turn");
+        remarks.warn(
+            fmt::format("{}: {} columns, of which {:.6g} are a full turn: the last {:.0f} are left out "
+                        "(--edges says where its samples are)",
+                        name, place.width, turn, columns - most));
+        place.width = static_cast<std::int64_t>(most);
+    }
+}
+
+void find_nodes(Georeference& place, const std::string& name, MapRemarks& remarks) {
+    if (!is_upright(place) || place.registration == Registration::node) return;
+    terrain::PixelTransform& t = place.transform;
+    const double across = std::abs(place.projection.turn_m() / t[1]);
+    const double pole = std::numbers::pi / 2 * place.projection.equatorial_radius_m;
+    const double first = std::abs(t[3] + 0.5 * t[5]),
+                 last = std::abs(t[3] + (static_cast<double>(place.height) - 0.5) * t[5]);
+    const double near = same_sample * std::abs(t[5]);
+    const bool at_poles = std::abs(first - pole) < near && std::abs(last - pole) < near;
+    if (!at_poles && !(std::abs(static_cast<double>(place.width) - 1 - across) < same_sample)) return;
+    place.registration = Registration::node;
+    t[0] += 0.5 * t[1];
+    t[3] += 0.5 * t[5];
+    remarks.note(name + ": its outer samples lie at the poles or a turn apart: a grid of nodes");
+}
+
+void make_whole(Georeference& place, const std::string& name, MapRemarks& remarks) {
+    if (!is_upright(place)) return;
+    terrain::PixelTransform& t = place.transform;
     const double node = place.registration == Registration::node ? 1 : 0;
-    const double columns = static_cast<double>(width) - node, rows = static_cast<double>(height) - node;
+    const double columns = static_cast<double>(place.width) - node,
+                 rows = static_cast<double>(place.height) - node;
     const double turn = place.projection.turn_m(),
                  half_turn = std::numbers::pi * place.projection.equatorial_radius_m;
     double moved = 0;
@@ -189,25 +250,27 @@ void make_whole(Georeference& place, std::int64_t width, std::int64_t height, co
         t[axis == 0 ? 0 : 3] *= ratio;
         t[axis == 0 ? 1 : 5] *= ratio;
     }
-    if (const double off = std::abs(std::abs(turn / t[1]) - columns); off < 0.5 && off > 0) {
+    if (const double off = std::abs(std::abs(turn / t[1]) - columns);
+        off < rounded_samples(columns) && off > 0) {
         const double middle = t[0] + t[1] * columns / 2;
         t[1] = std::copysign(turn / columns, t[1]);
         t[0] = middle - t[1] * columns / 2;
         moved = std::max(moved, off);
     }
     // The poles: both, or the edge that is near one.
-    if (const double off = std::abs(std::abs(half_turn / t[5]) - rows); off < 0.5) {
-        const double first = std::copysign(half_turn / 2, -t[5]);
-        moved = std::max({moved, off, std::abs((t[3] - first) / t[5])});
+    const double first = std::copysign(half_turn / 2, -t[5]);
+    const double off = std::abs(std::abs(half_turn / t[5]) - rows);
+    if (const double miss = std::abs((t[3] - first) / t[5]); off < rounded_samples(rows) && miss < 0.5) {
+        moved = std::max({moved, off, miss});
         t[5] = -2 * first / rows;
         t[3] = first;
     } else
         for (const double pole : {half_turn / 2, -half_turn / 2})
             for (const double row : {0.0, rows}) {
-                const double miss = (t[3] + t[5] * row - pole) / t[5];
-                if (std::abs(miss) >= 0.02 || miss == 0) continue;
-                moved = std::max(moved, std::abs(miss));
-                t[3] -= miss * t[5];
+                const double to_pole = (t[3] + t[5] * row - pole) / t[5];
+                if (std::abs(to_pole) >= same_sample || to_pole == 0) continue;
+                moved = std::max(moved, std::abs(to_pole));
+                t[3] -= to_pole * t[5];
             }
     if (moved > 1e-3)
         remarks.note(fmt::format(
@@ -237,8 +300,15 @@ Georeference georeference(const GdalMap& map, const PdsLabel* label, const MapSe
         // the other way round.
         place.registration = *settings.registration;
     }
-    if (!settings.planar_pixel_m && !place.foreign) make_whole(place, map.width, map.height, name, remarks);
+    place.width = map.width;
+    place.height = map.height;
     terrain::PixelTransform& t = place.transform;
+    const bool turned = t[2] != 0 || t[4] != 0;
+    if (turned && place.projection.kind == ProjectionKind::simple_cylindrical) place.foreign = true;
+    find_nodes(place, name, remarks);
+    crop(place, name, remarks);
+    // What is said by hand is not rounded.
+    if (!settings.edges_deg) make_whole(place, name, remarks);
     t[0] += settings.shift_columns * t[1] + settings.shift_rows * t[2];
     t[3] += settings.shift_columns * t[4] + settings.shift_rows * t[5];
     if (settings.shift_columns != 0 || settings.shift_rows != 0) place.by_system = false;

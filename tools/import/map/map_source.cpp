@@ -85,15 +85,27 @@ MapSource::MapSource(GdalProcess& process, const std::filesystem::path& file, co
         remarks.note(name_ + ": GDAL: " + one_line(warning));
     choose_bands(settings, remarks);
     read_numbers(settings);
-    place_ = georeference(map_, label_ ? &*label_ : nullptr, settings, name_, remarks);
-    check_projection(remarks);
-    if (place_.foreign) return;
     try {
-        (void)terrain::MapFrame(place_.projection, place_.transform, place_.registration, map_.width,
-                                map_.height);
+        place_ = georeference(map_, label_ ? &*label_ : nullptr, settings, name_, remarks);
+        take_part();
+        check_projection(remarks);
+        if (!place_.foreign)
+            (void)terrain::MapFrame(place_.projection, place_.transform, place_.registration, map_.width,
+                                    map_.height);
     } catch (const std::invalid_argument& error) {
-        throw InputError(name_ + ": " + error.what());
+        throw InputError(fmt::format("{}: {} (--edges says where its samples are)", name_, error.what()));
     }
+}
+
+/// Makes the part of the file that the georeference takes the whole map.
+void MapSource::take_part() {
+    first_row_ = place_.first_row;
+    map_.width = place_.width;
+    map_.height = place_.height;
+    if (!map_.transform) return;
+    auto& t = *map_.transform;
+    t[0] += static_cast<double>(first_row_) * t[2];
+    t[3] += static_cast<double>(first_row_) * t[5];
 }
 
 void MapSource::open(const std::filesystem::path& file) {
@@ -280,6 +292,7 @@ void MapSource::read_samples(std::int64_t band, std::int64_t x, std::int64_t y, 
 
 void MapSource::read(std::uint32_t plane, std::int64_t x, std::int64_t y, int columns, int rows,
                      std::span<float> out) {
+    y += first_row_;
     if (samples_) return read_samples(bands_[plane] - 1, x, y, columns, rows, out);
     const GdalType type = numbers_.type;
     const std::uint64_t size = bytes_of(type);

@@ -56,6 +56,7 @@ private:
     void choose_bands(const MapSettings& settings, MapRemarks& remarks);
     void read_numbers(const MapSettings& settings);
     void numbers_of_isis();
+    void take_part();
     void check_projection(MapRemarks& remarks);
 
     GdalProcess& process_;
@@ -69,6 +70,7 @@ private:
     std::vector<std::uint32_t> bands_; ///< of the planes, from 1
     bool rgb_ = false;
     double shift_ = 0;
+    std::int64_t first_row_ = 0; ///< of the file
 };
 
 } // namespace obscura::tools

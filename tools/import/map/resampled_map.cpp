@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
 namespace obscura::tools {
@@ -182,8 +183,16 @@ std::vector<SamplePlace> ResampledMap::places_of(std::vector<std::array<double, 
     const auto answers = source_.process().transform({source_.map().id, false, std::move(degrees)});
     std::vector<SamplePlace> out;
     out.reserve(answers.size());
+    const GdalMap& map = source_.map();
+    // PROJ's longitudes are within half a turn of its meridian, those of the file need not be.
+    const double turn = map.system == GdalSystem::geographic ? 360 / map.degrees_per_unit : 0;
     for (const auto& [x, y] : answers) {
-        const SamplePlace at = pixel_of(*source_.map().transform, x, y);
+        SamplePlace at = pixel_of(*map.transform, x, y);
+        for (const double other : {x - turn, x + turn}) {
+            if (turn == 0 || (at.x >= 0 && at.x <= static_cast<double>(map.width))) break;
+            const SamplePlace there = pixel_of(*map.transform, other, y);
+            if (there.x >= 0 && there.x <= static_cast<double>(map.width)) at = there;
+        }
         out.push_back({at.x - 0.5, at.y - 0.5});
     }
     return out;
@@ -230,12 +239,21 @@ ResampledMap::ResampledMap(MapSource& source, const MapSettings& settings, MapRe
     if (extent.has_pole[1]) extent.south = -90;
     const bool about_pole = extent.has_pole[0] != extent.has_pole[1] &&
                             (extent.has_pole[0] ? extent.south > 0 : extent.north < 0);
-    frame_ = about_pole ? polar_frame(p, extent) : cylindrical_frame(p, extent);
+    try {
+        frame_ = about_pole ? polar_frame(p, extent) : cylindrical_frame(p, extent);
+    } catch (const std::invalid_argument& error) {
+        throw InputError(
+            fmt::format("{}: its projection cannot be resampled: {} (gdalwarp makes a map of it)",
+                        source.name(), error.what()));
+    }
     find_period();
-    remarks.note(fmt::format(
-        "{}: its projection ({}) is not one that textures have: resampled to {}, {} x {} samples",
-        source.name(), map.method.empty() ? "unnamed" : map.method,
-        about_pole ? "polar stereographic" : "simple cylindrical", frame_.width(), frame_.height()));
+    const bool turned = (*map.transform)[2] != 0 || (*map.transform)[4] != 0;
+    remarks.note(fmt::format("{}: {}: resampled to {}, {} x {} samples", source.name(),
+                             turned ? "its rows do not follow parallels"
+                                    : fmt::format("its projection ({}) is not one that textures have",
+                                                  map.method.empty() ? "unnamed" : map.method),
+                             about_pole ? "polar stereographic" : "simple cylindrical", frame_.width(),
+                             frame_.height()));
 }
 
 void ResampledMap::find_period() {
