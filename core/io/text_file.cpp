@@ -46,7 +46,8 @@ std::string make_plain_text(std::string& text) {
     return {};
 }
 
-std::string read_plain_text(const std::filesystem::path& file, std::size_t max_bytes, std::string& text) {
+std::string read_plain_text(const std::filesystem::path& file, std::size_t max_bytes, std::string& text,
+                            InputKind kind) {
     // Non-blocking, so that a pipe under this name cannot hold up the start.
     const FileDescriptor in(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     struct stat facts {};
@@ -57,7 +58,7 @@ std::string read_plain_text(const std::filesystem::path& file, std::size_t max_b
     if (size > max_bytes)
         return max_bytes % (1U << 20) == 0 ? fmt::format("larger than {} MiB", max_bytes >> 20)
                                            : fmt::format("larger than {} bytes", max_bytes);
-    note_input(file);
+    if (kind == InputKind::scene) note_input(file);
     text.resize(size);
     std::size_t have = 0;
     while (have < size) {

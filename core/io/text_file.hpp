@@ -18,9 +18,12 @@ namespace obscura {
 /// `text` without a byte order mark of UTF-8.
 [[nodiscard]] std::string_view without_byte_order_mark(std::string_view text) noexcept;
 
+/// Whether a file is one of those that a scene is made of, see InputRecord.
+enum class InputKind : bool { scene, system };
+
 /// Reads a regular file of at most `max_bytes` and makes it plain. Returns an empty string, or why it could
-/// not be read. Notes the file for InputRecord.
+/// not be read. Notes a file of a scene for InputRecord.
 [[nodiscard]] std::string read_plain_text(const std::filesystem::path& file, std::size_t max_bytes,
-                                          std::string& text);
+                                          std::string& text, InputKind kind = InputKind::scene);
 
 } // namespace obscura

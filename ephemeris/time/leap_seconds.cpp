@@ -158,7 +158,7 @@ LeapSeconds parse_leap_seconds(const std::string& text, const std::string& name)
 
 LeapSeconds read_leap_seconds(const std::filesystem::path& file) {
     std::string text;
-    if (const std::string why = read_plain_text(file, max_list_bytes, text); !why.empty())
+    if (const std::string why = read_plain_text(file, max_list_bytes, text, InputKind::system); !why.empty())
         throw ConfigError(fmt::format("{}: cannot be read: {}", file.string(), why));
     return parse_leap_seconds(text, file.string());
 }

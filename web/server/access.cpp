@@ -45,7 +45,8 @@ NameParts parts_of(std::string_view text) {
 Tokens Tokens::read(const std::filesystem::path& file) {
     constexpr std::size_t max_token_file_bytes = std::size_t{16} << 20;
     std::string content;
-    if (const std::string why = read_plain_text(file, max_token_file_bytes, content); !why.empty())
+    if (const std::string why = read_plain_text(file, max_token_file_bytes, content, InputKind::system);
+        !why.empty())
         throw InputError(fmt::format("{}: {}", file.string(), why));
     std::istringstream in(content);
     Tokens tokens;
