@@ -65,6 +65,11 @@ int ffghadll(fitsfile* fptr, LONGLONG* headstart, LONGLONG* datastart, LONGLONG*
     return call(fptr, headstart, datastart, dataend, status);
 }
 
+int ffghdt(fitsfile* fptr, int* exttype, int* status) {
+    static auto* const call = late(&ffghdt, "ffghdt");
+    return call(fptr, exttype, status);
+}
+
 int ffgidm(fitsfile* fptr, int* naxis, int* status) {
     static auto* const call = late(&ffgidm, "ffgidm");
     return call(fptr, naxis, status);
@@ -161,5 +166,10 @@ int ffthdu(fitsfile* fptr, int* nhdu, int* status) {
 int ffuky(fitsfile* fptr, int datatype, const char* keyname, void* value, const char* comm, int* status) {
     static auto* const call = late(&ffuky, "ffuky");
     return call(fptr, datatype, keyname, value, comm, status);
+}
+
+int fits_is_compressed_image(fitsfile* fptr, int* status) {
+    static auto* const call = late(&fits_is_compressed_image, "fits_is_compressed_image");
+    return call(fptr, status);
 }
 } // extern "C"
