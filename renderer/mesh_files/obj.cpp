@@ -3,12 +3,12 @@
 
 #include "core/error.hpp"
 #include "core/text/number.hpp"
+#include "renderer/mesh_files/coordinate.hpp"
 #include "renderer/mesh_files/text_lines.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace obscura::renderer {
 namespace {
@@ -73,19 +73,13 @@ private:
     }
 
     void vertex(ObjWords& words) {
-        double xyz[3];
-        for (double& value : xyz) {
+        float xyz[3];
+        for (float& value : xyz) {
             const std::string_view word = words.next();
             if (word.empty()) fail("vertex with fewer than three coordinates");
-            const std::optional<double> number = decimal_number(word);
-            if (!number && !is_number_not_finite(word))
-                fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
-            value = number.value_or(std::nan("")) * scale_;
-            if (!std::isfinite(static_cast<float>(value)))
-                fail(fmt::format("coordinate '{}' is not finite: allowed are numbers up to 3.4e38 m", word));
+            if (const std::string why = read_coordinate(word, scale_, value); !why.empty()) fail(why);
         }
-        mesh_.vertices.push_back(
-            {static_cast<float>(xyz[0]), static_cast<float>(xyz[1]), static_cast<float>(xyz[2])});
+        mesh_.vertices.push_back({xyz[0], xyz[1], xyz[2]});
     }
 
     void face(ObjWords& words) {

@@ -3,12 +3,12 @@
 
 #include "core/error.hpp"
 #include "core/text/number.hpp"
+#include "renderer/mesh_files/coordinate.hpp"
 #include "renderer/mesh_files/text_lines.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace obscura::renderer {
@@ -113,12 +113,7 @@ private:
         float xyz[3];
         for (std::size_t k = 0; k < 3; ++k) {
             const std::string_view word = words[words.size() - 3 + k];
-            const std::optional<double> value = decimal_number(word);
-            if (!value && !is_number_not_finite(word))
-                fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
-            xyz[k] = static_cast<float>(value.value_or(std::nan("")) * scale_);
-            if (!std::isfinite(xyz[k]))
-                fail(fmt::format("coordinate '{}' is not finite: allowed are numbers up to 3.4e38 m", word));
+            if (const std::string why = read_coordinate(word, scale_, xyz[k]); !why.empty()) fail(why);
         }
         mesh_.vertices.push_back({xyz[0], xyz[1], xyz[2]});
     }
