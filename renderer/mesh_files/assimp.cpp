@@ -4,8 +4,9 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/text/text.hpp"
+#include "renderer/mesh_files/assimp_files.hpp"
+#include "renderer/mesh_files/smoothing_groups.hpp"
 
-#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -18,12 +19,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstring>
-#include <limits>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -76,13 +77,10 @@ private:
             const aiVector3D p = place * m.mVertices[i];
             mesh_.vertices.push_back({scaled(p.x), scaled(p.y), scaled(p.z)});
             if (with_normals_) {
-                // What is no direction stays unknown, for complete_normals().
-                constexpr float none = std::numeric_limits<float>::quiet_NaN();
-                const aiVector3D n = m.HasNormals() ? turn * m.mNormals[i] : aiVector3D(none, none, none);
-                const float norm = n.Length();
-                const bool good = norm > 0 && std::isfinite(norm);
-                mesh_.normals.push_back(good ? Vec3f{n.x / norm, n.y / norm, n.z / norm}
-                                             : Vec3f{none, none, none});
+                // Missing ones stay zero: complete_normals() finds them.
+                const aiVector3D n = m.HasNormals() ? turn * m.mNormals[i] : aiVector3D();
+                const bool finite = std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z);
+                mesh_.normals.push_back(finite ? Vec3f{n.x, n.y, n.z} : Vec3f{});
             }
             if (with_uvs_) {
                 // assimp counts v upwards from the last row, but for glTF, whose reader flips v to that.
@@ -140,30 +138,23 @@ private:
 /// Files beside the mesh file that hold a part of it: materials of OBJ, numbers of glTF.
 using Companions = std::vector<std::string>;
 
-/// Notes the files that assimp opens.
-class NotingFiles final : public Assimp::DefaultIOSystem {
-public:
-    explicit NotingFiles(Companions& opened) : opened_(opened) {}
-    Assimp::IOStream* Open(const char* file, const char* mode) override {
-        Assimp::IOStream* const stream = Assimp::DefaultIOSystem::Open(file, mode);
-        if (stream != nullptr) opened_.emplace_back(file);
-        return stream;
-    }
-
-private:
-    Companions& opened_;
-};
+std::string file_bytes(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
 
 TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, bool normals,
                     Companions& companions) {
     Assimp::Importer importer;
-    importer.SetIOHandler(new NotingFiles(companions)); // which the importer deletes
+    importer.SetIOHandler(new AssimpFiles(companions)); // which the importer deletes
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     const std::string end = lower_case(file.extension().string());
     int removed = aiComponent_COLORS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_BONEWEIGHTS |
                   aiComponent_ANIMATIONS | aiComponent_LIGHTS | aiComponent_CAMERAS;
-    if (!normals || end == ".stl") removed |= aiComponent_NORMALS;
+    // assimp makes normals of its own for 3DS files without smoothing groups: means over all facets.
+    const auto made_up = [&] { return end == ".3ds" && !has_smoothing_groups(file_bytes(file)); };
+    if (!normals || end == ".stl" || made_up()) removed |= aiComponent_NORMALS;
     importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, removed);
     const aiScene* scene = importer.ReadFile(file.string(), 0);
     if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
@@ -171,11 +162,8 @@ TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, b
     if (end == ".3ds" && scene->mRootNode != nullptr)
         scene->mRootNode->mTransformation =
             aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1) * scene->mRootNode->mTransformation;
-    const unsigned steps = aiProcess_ValidateDataStructure | aiProcess_RemoveComponent |
-                           aiProcess_Triangulate | aiProcess_SortByPType;
-    scene = importer.ApplyPostProcessing(steps);
-    // A step of its own: it needs the indices of a damaged file to have been validated.
-    if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
+    scene = importer.ApplyPostProcessing(aiProcess_ValidateDataStructure | aiProcess_RemoveComponent |
+                                         aiProcess_Triangulate | aiProcess_SortByPType);
     if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
     TriangleMesh mesh = Collector(*scene, metres_per_unit).collect();
     if (end == ".stl" || end == ".ply") {
@@ -399,6 +387,7 @@ TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_p
         refuse(why.what());
     }
     validate(mesh, file.string());
+    join_vertices(mesh); // which assimp does for vertices up to 1e-5 units apart
     for (const std::string& companion : companions)
         note_input(companion);
     return mesh;

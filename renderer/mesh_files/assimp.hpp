@@ -9,8 +9,8 @@
 namespace obscura::renderer {
 
 /// Reads all triangles of a mesh file, nodes transformed, with normals, texture coordinates and materials
-/// (colour and texture files) where the file has them; normals only if `normals`. Normals that the file lacks
-/// (and the facet normals of STL) are means over the facets that meet at less than 80 degrees.
+/// (colour and texture files) where the file has them; normals only if `normals`, as the file has them: zero
+/// where it lacks some, none at all for STL, which has those of facets only.
 ///
 /// assimp is not written for hostile files: it runs in a child process, so that any fault ends as an
 /// InputError with one line here. Limits: 8 GB of memory, and 1 s of CPU time plus 4 s for each megabyte of

@@ -5,11 +5,13 @@
 #include "core/io/input_file.hpp"
 #include "core/io/memory_budget.hpp"
 #include "core/io/text_file.hpp"
+#include "core/realtime/log.hpp"
 #include "core/text/text.hpp"
 #include "renderer/mesh_files/assimp.hpp"
 #include "renderer/mesh_files/obj.hpp"
 #include "renderer/mesh_files/plate.hpp"
 #include "renderer/mesh_files/text_lines.hpp"
+#include "renderer/mesh_files/vertex_normals.hpp"
 
 #include <fmt/format.h>
 
@@ -33,6 +35,23 @@ std::string text_of(const std::filesystem::path& file, const char* kind) {
     return text;
 }
 
+/// Warns of material libraries that an OBJ text names and that cannot be opened: assimp reads on without.
+void warn_of_missing_libraries(std::string_view text, const std::filesystem::path& file) {
+    // Where one is missing, assimp takes that of the file's own name.
+    std::error_code error;
+    if (std::filesystem::is_regular_file(std::filesystem::path(file).replace_extension(".mtl"), error))
+        return;
+    for (std::size_t line = 1; !text.empty(); ++line) {
+        const std::string_view words = trimmed(take_line(text));
+        if (!words.starts_with("mtllib ") && !words.starts_with("mtllib\t")) continue;
+        const std::string_view name = trimmed(words.substr(6));
+        if (std::filesystem::is_regular_file(file.parent_path() / name, error)) continue;
+        log_warning("mesh: {}:{}: material library '{}' cannot be opened: {}; its materials are grey, of "
+                    "reflectance 0.6",
+                    file.string(), line, name, error ? error.message() : "not a regular file");
+    }
+}
+
 TriangleMesh read(const MeshFileParameters& description) {
     const std::filesystem::path file = description.path;
     const std::string end = lower_case(file.extension().string());
@@ -41,6 +60,7 @@ TriangleMesh read(const MeshFileParameters& description) {
     if (end == ".obj") {
         const std::string text = text_of(file, "mesh file");
         if (is_bare_obj(text)) return parse_obj(text, file.string(), description.metres_per_unit);
+        warn_of_missing_libraries(text, file);
     }
     constexpr std::array known{".obj", ".stl", ".ply", ".3ds", ".dae", ".gltf", ".glb"};
     if (std::find(known.begin(), known.end(), end) == known.end())
@@ -65,8 +85,10 @@ bool is_bare_obj(std::string_view text) {
 TriangleMesh read_mesh_file(const MeshFileParameters& description) {
     TriangleMesh mesh = read(description);
     note_input(description.path);
-    if (!description.smooth_normals) mesh.normals = {};
-    if (description.smooth_normals) complete_normals(mesh);
+    if (description.smooth_normals)
+        complete_normals(mesh);
+    else
+        mesh.normals = {};
     return mesh;
 }
 

@@ -26,11 +26,13 @@ struct MeshFileParameters {
 /// Reads a mesh: PDS plate models (.tab, .plt) and bare OBJ shape models (only v and f) by own readers, all
 /// else through assimp: OBJ with MTL, STL, PLY, 3DS, Collada (.dae), glTF (.gltf, .glb). The body's axes are
 /// the file's: neither its unit nor its up axis is applied. With `description.smooth_normals` the result has
-/// normals: the file's, else means over the adjoining facets. Throws InputError with one line.
+/// normals: the file's, else those of complete_normals(). Throws InputError with one line.
+///
+/// A material library that an OBJ file names and that is not there is logged as a warning.
 ///
 /// Reason for own readers: shape models are large, and errors are reported with their line. A bare OBJ file
-/// of 2 M facets (65 MB) takes the own reader 2.4 s and 129 MB in all, assimp 55 s and 1.2 GB
-/// (tests/bench/mesh_bench, one busy core). Both yield floats, which Embree needs.
+/// of 2 M facets (65 MB) takes the own reader 0.6 s and 116 MB in all, assimp 1.1 s and 750 MB in two
+/// processes (tests/bench/mesh_bench). Both yield floats, which Embree needs.
 [[nodiscard]] TriangleMesh read_mesh_file(const MeshFileParameters& description);
 
 /// Whether an OBJ text has content beside vertices and faces that the bare reader would lose.

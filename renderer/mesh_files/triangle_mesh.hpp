@@ -26,7 +26,7 @@ struct MeshMaterial {
 /// Vertices in metres, in the body's frame; triangles wind counter-clockwise seen from outside.
 struct TriangleMesh {
     std::vector<Vec3f> vertices;
-    std::vector<Vec3f> normals; ///< one per vertex, unit; empty: flat
+    std::vector<Vec3f> normals; ///< one per vertex, unit (vertex_normals.hpp); empty: flat
     std::vector<std::array<std::uint32_t, 3>> triangles;
     /// Texture coordinates, one pair per vertex: u to the right, v down from the first row of the image;
     /// empty: none.
@@ -40,14 +40,8 @@ struct TriangleMesh {
 /// all vertices and texture coordinates are finite. Removes triangles without area.
 void validate(TriangleMesh& mesh, const std::string& source);
 
-/// Facets that meet at a larger angle have a crease between them, as far as a file has no normals there, deg.
-inline constexpr double crease_deg = 80;
-
-/// Fills in the normals that are missing (`normals` empty) or not finite: at a corner of a facet the mean of
-/// the normals of the facets that meet there, weighted by their angles (Thuermer and Wuethrich, Computing
-/// Vertex Normals from Polygonal Facets, JGT 3(1), 1998), but for those
-/// that meet it at more than `max_angle_deg` (180: none). Facets
-/// meet where vertices are at one place. Splits vertices whose corners have different normals.
-void complete_normals(TriangleMesh& mesh, double max_angle_deg = crease_deg);
+/// Makes one vertex of those with the same position, normal and texture coordinates. `mesh` must have passed
+/// validate(). Linear in time and memory.
+void join_vertices(TriangleMesh& mesh);
 
 } // namespace obscura::renderer

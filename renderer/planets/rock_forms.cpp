@@ -3,6 +3,7 @@
 
 #include "core/geometry.hpp"
 #include "core/philox.hpp"
+#include "renderer/mesh_files/vertex_normals.hpp"
 #include "renderer/shapes/procedural_body.hpp"
 
 #include <algorithm>

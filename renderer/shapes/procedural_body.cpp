@@ -2,6 +2,7 @@
 #include "renderer/shapes/procedural_body.hpp"
 
 #include "core/philox.hpp"
+#include "renderer/mesh_files/vertex_normals.hpp"
 
 #include <algorithm>
 #include <cmath>

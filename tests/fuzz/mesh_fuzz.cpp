@@ -7,7 +7,7 @@
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/mesh_files/obj.hpp"
 #include "renderer/mesh_files/plate.hpp"
-#include "renderer/mesh_files/triangle_mesh.hpp"
+#include "renderer/mesh_files/vertex_normals.hpp"
 
 #include <cmath>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // A wavy ground of any number of triangles, for measuring what meshes cost.
 #pragma once
 
-#include "renderer/mesh_files/triangle_mesh.hpp"
+#include "renderer/mesh_files/vertex_normals.hpp"
 
 #include <cmath>
 #include <cstdint>

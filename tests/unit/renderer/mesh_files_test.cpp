@@ -10,12 +10,12 @@
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
+#include "tests/support/mesh_texts.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tests/support/wavy_mesh.hpp"
 
 #include <sys/stat.h>
 
-#include <cstring>
 #include <limits>
 #include <map>
 #include <random>
@@ -31,126 +31,27 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-/// A tetrahedron with the right angle at the origin and edges 1, 2, 3 along x, y, z, outward winding.
-constexpr float corners[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
-constexpr unsigned faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+/// A tetrahedron with the right angle at the origin and edges 1, 2, 3 along x, y, z.
+const Facets tetrahedron{{{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}},
+                         {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 
 std::string plain_obj() {
-    std::string text;
-    for (const auto& c : corners)
-        text += "v " + std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
-    for (const auto& f : faces)
-        text += "f " + std::to_string(f[0] + 1) + " " + std::to_string(f[1] + 1) + " " +
-                std::to_string(f[2] + 1) + "\n";
-    return text;
+    return obj_text(tetrahedron);
 }
-
 std::string stl() {
-    std::string text = "solid t\n";
-    for (const auto& f : faces) {
-        text += "facet normal 0 0 0\nouter loop\n";
-        for (const unsigned i : f)
-            text += "vertex " + std::to_string(corners[i][0]) + " " + std::to_string(corners[i][1]) + " " +
-                    std::to_string(corners[i][2]) + "\n";
-        text += "endloop\nendfacet\n";
-    }
-    return text + "endsolid t\n";
+    return stl_text(tetrahedron);
 }
-
 std::string ply() {
-    std::string text =
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
-        "z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n";
-    for (const auto& c : corners)
-        text += std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
-    for (const auto& f : faces)
-        text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) + "\n";
-    return text;
+    return ply_text(tetrahedron);
 }
-
 std::string collada(const char* up, double unit) {
-    std::string positions;
-    for (const auto& c : corners)
-        for (const float x : c)
-            positions += std::to_string(x) + " ";
-    std::string indices;
-    for (const auto& f : faces)
-        for (const unsigned i : f)
-            indices += std::to_string(i) + " ";
-    return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit name="u" meter=")" +
-           std::to_string(unit) + R"("/><up_axis>)" + up + R"(</up_axis></asset>
-<library_effects><effect id="e"><profile_COMMON><technique sid="c"><lambert><diffuse><color>0.25 0.5 0.75 1</color>
-</diffuse></lambert></technique></profile_COMMON></effect></library_effects>
-<library_materials><material id="m" name="blue"><instance_effect url="#e"/></material></library_materials>
-<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="a" count="12">)" +
-           positions + R"(</float_array><technique_common><accessor source="#a" count="4" stride="3">
-<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
-</source><vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="4" material="s"><input semantic="VERTEX" source="#v" offset="0"/><p>)" +
-           indices + R"(</p></triangles></mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="w"><node><instance_geometry url="#g"><bind_material><technique_common>
-<instance_material symbol="s" target="#m"/></technique_common></bind_material></instance_geometry></node></visual_scene>
-</library_visual_scenes><scene><instance_visual_scene url="#w"/></scene></COLLADA>)";
+    return collada_text(tetrahedron, up, unit);
 }
-
-std::string base64(const std::string& bytes) {
-    constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        unsigned word = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            word = word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-        for (std::size_t k = 0; k < 4; ++k)
-            out += i + k > bytes.size() ? '=' : digits[word >> (18 - 6 * k) & 63];
-    }
-    return out;
-}
-
 std::string gltf() {
-    std::string bytes(sizeof corners, '\0');
-    std::memcpy(bytes.data(), corners, sizeof corners);
-    for (const auto& f : faces)
-        for (const unsigned i : f)
-            bytes += {static_cast<char>(i), '\0'};
-    return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
-"materials":[{"name":"blue","pbrMetallicRoughness":{"baseColorFactor":[0.25,0.5,0.75,1]}}],
-"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],
-"buffers":[{"byteLength":72,"uri":"data:application/octet-stream;base64,)" +
-           base64(bytes) + R"("}],
-"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,2,3]},
-{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})";
+    return gltf_text(tetrahedron);
 }
-
-/// 3D Studio: chunks of a 16-bit name and a 32-bit length.
-std::string chunk(unsigned name, const std::string& content) {
-    std::string out;
-    const std::size_t length = content.size() + 6;
-    for (const unsigned shift : {0U, 8U})
-        out += static_cast<char>(name >> shift & 255);
-    for (const unsigned shift : {0U, 8U, 16U, 24U})
-        out += static_cast<char>(length >> shift & 255);
-    return out + content;
-}
-std::string word(unsigned value) {
-    return {static_cast<char>(value & 255), static_cast<char>(value >> 8 & 255)};
-}
-
 std::string studio() {
-    std::string points = word(4);
-    points.append(reinterpret_cast<const char*>(corners), sizeof corners);
-    std::string triangles = word(4);
-    for (const auto& f : faces)
-        triangles += word(f[0]) + word(f[1]) + word(f[2]) + word(7);
-    const std::string used = std::string("blue\0", 5) + word(4) + word(0) + word(1) + word(2) + word(3);
-    const std::string mesh =
-        chunk(0x4100, chunk(0x4110, points) + chunk(0x4120, triangles + chunk(0x4130, used)));
-    const std::string material =
-        chunk(0xAFFF, chunk(0xA000, std::string("blue\0", 5)) +
-                          chunk(0xA020, chunk(0x0011, {static_cast<char>(64), static_cast<char>(128),
-                                                       static_cast<char>(191)})));
-    return chunk(0x4D4D, chunk(0x3D3D, material + chunk(0x4000, std::string("t\0", 2) + mesh)));
+    return studio_bytes(tetrahedron);
 }
 
 double volume(const TriangleMesh& mesh) {
