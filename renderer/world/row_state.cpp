@@ -102,6 +102,101 @@ Pose seen_pose_at(const scene::Scene& scene, std::span<const BuiltBody> bodies, 
         scene, camera_m, time_s, [&](double t) { return body_pose(bodies, i, t); }, seen_s);
 }
 
+/// What the states of the bodies of a row have in common.
+struct RowView {
+    const scene::Scene& scene;
+    const Projection& projection;
+    std::uint32_t samples_per_pixel;
+    double margin_rad; ///< RowState::reach_rad
+};
+
+/// Sets place, orientation and axes of body `i`, whose place is seen, and where camera and Sun stand in them.
+void set_frames(const RowView& view, std::size_t i, RowState& row) {
+    BodyState& s = row.bodies[i];
+    s.to_inertial = to_matrix(s.seen.pose.orientation);
+    const Mat3 from_inertial = transposed(s.to_inertial);
+    s.from_inertial = from_inertial;
+    // Bodies at rest relative to each other are mostly neighbours in the list.
+    s.frame =
+        i > 0 && same_pose(s, row.bodies[i - 1]) ? row.bodies[i - 1].frame : static_cast<std::int32_t>(i);
+    s.from_camera = product(from_inertial, row.inertial_from_camera);
+    s.beta = from_inertial * s.seen.beta;
+    s.camera_m = from_inertial * (row.camera.position_m - s.seen.position_at(0));
+    // Some units in the last place of the coordinates that are subtracted.
+    s.camera_error_m = 0x1p-50 * (length(row.camera.position_m) + length(s.seen.position_at(0)));
+    s.sun_m = from_inertial * s.seen.to_sun_m(row.sun_m);
+    s.detail = {};
+    if (s.shape->tiles() != nullptr) {
+        s.detail.eye_m = s.camera_m;
+        s.detail.cell_rad = s.shape->tiles()->cell_px() * view.projection.pixel_angle_rad();
+    }
+}
+
+/// Sets the extent of a body in whose bounding sphere the camera is.
+void set_all_around(const RowView& view, BodyState& s) {
+    s.radius_px = 0;
+    s.disc = {};
+    s.direction = {0, 0, 1};
+    s.cone_sine = 1;
+    s.cos_cone = -1;
+    s.reach_chord2 = 5;
+    s.solid_angle_sr = 4 * std::numbers::pi;
+    s.targeted = false;
+    s.large = true;
+    s.small = false;
+    s.samples = view.samples_per_pixel;
+}
+
+/// Sets lit part, classes of size and number of samples of a body of `radius_px` pixels.
+void set_sampling(const RowView& view, double radius_px, BodyState& s) {
+    const scene::Scene& scene = view.scene;
+    s.radius_px = radius_px;
+    // The Sun has no dark side.
+    s.disc = LitDisc(*s.shape, s.camera_m, s.sun_m, s.material != nullptr ? scene.sun.radius_m : 0);
+    s.targeted = radius_px < targeted_radius_px;
+    const double lit_share = s.disc.lit_share();
+    const double share = s.disc.exact() ? crescent_share : rough_crescent_share;
+    const bool thin = !s.targeted && lit_share < share &&
+                      lit_share * std::numbers::pi * radius_px * radius_px < crescent_area_px;
+    s.thin_crescent = thin && s.disc.exact();
+    if (const FacetSet* facets = thin && !s.disc.exact() ? s.shape->facets() : nullptr) {
+        s.lit_facets = facets->lit(s.camera_m, s.sun_m, scene.sun.radius_m);
+        s.thin_crescent = true;
+    }
+    s.large = radius_px > large_radius_px;
+    s.small = !s.targeted && radius_px <= small_radius_px;
+    s.samples = 0;
+    if (!s.targeted) {
+        const double pixels = std::numbers::pi * radius_px * radius_px * scene.camera.pixel_flattening();
+        const double wanted = samples_per_body / pixels;
+        s.samples = std::max(view.samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
+    }
+}
+
+/// Sets where in the picture a body is and how large, after set_frames().
+void set_extent(const RowView& view, const RowState& row, BodyState& s) {
+    const Vec3 to_body = s.seen.pose.position_m - row.camera.position_m;
+    const double distance = s.seen.moves() ? length(s.camera_m) : length(to_body);
+    // The frame of a moving body turns directions towards its motion, by different angles about a cone.
+    const double widened = s.seen.moves() ? 1 + 2 * length(s.beta) : 1;
+    const double radius = s.shape->bounding_radius_m();
+    s.thin_crescent = false;
+    s.lit_facets = nullptr;
+    const double half_angle = distance > radius ? std::asin(radius / distance) * widened : 10;
+    if (s.seen.moves() ? !(half_angle < std::numbers::pi / 2) : distance <= radius) {
+        set_all_around(view, s);
+        return;
+    }
+    s.direction = row.camera_from_inertial * (to_body / length(to_body));
+    s.cone_sine = s.seen.moves() ? std::sin(half_angle) : radius / distance;
+    s.cos_cone = std::sqrt(std::max(0.0, 1 - s.cone_sine * s.cone_sine));
+    s.solid_angle_sr =
+        2 * std::numbers::pi * (s.cone_sine * s.cone_sine / (1 + s.cos_cone)); // 2 pi (1 - cos)
+    const double half = (half_angle + view.margin_rad) / 2;
+    s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
+    set_sampling(view, half_angle / view.projection.local_pixel_angle_rad(s.direction), s);
+}
+
 } // namespace
 
 Mat3 relative_rotation(const BodyState& from, const BodyState& to) {
@@ -171,95 +266,24 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
                    double time_s, RowState& row) {
     row.camera = camera_pose(scene, bodies, time_s);
-    const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
-    row.inertial_from_camera = inertial_from_camera;
-    row.camera_from_inertial = transposed(inertial_from_camera);
+    row.inertial_from_camera = to_matrix(row.camera.orientation);
+    row.camera_from_inertial = transposed(row.inertial_from_camera);
     row.sun_m = scene.sun.position_at(time_s);
     row.bodies.resize(bodies.size());
     // Largest distance of a displaced sample from its pixel's centre.
-    const double margin_rad = (sample_reach_px + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
-    row.reach_rad = margin_rad;
+    row.reach_rad = (sample_reach_px + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
 
+    const RowView view{scene, projection, samples_per_pixel, row.reach_rad};
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        const BuiltBody& built = bodies[i];
         BodyState& s = row.bodies[i];
         s.seen = apparent_body(scene, bodies, i, row.camera.position_m, time_s);
-        const Pose& pose = s.seen.pose;
-        s.shape = built.shape.get();
-        s.material = built.material.get();
-        s.built = &built;
-        s.to_inertial = to_matrix(pose.orientation);
-        const Mat3 from_inertial = transposed(s.to_inertial);
-        s.from_inertial = from_inertial;
-        // Bodies at rest relative to each other are mostly neighbours in the list.
-        s.frame =
-            i > 0 && same_pose(s, row.bodies[i - 1]) ? row.bodies[i - 1].frame : static_cast<std::int32_t>(i);
-        s.from_camera = product(from_inertial, inertial_from_camera);
-        s.beta = from_inertial * s.seen.beta;
-        s.camera_m = from_inertial * (row.camera.position_m - s.seen.position_at(0));
-        // Some units in the last place of the coordinates that are subtracted.
-        s.camera_error_m = 0x1p-50 * (length(row.camera.position_m) + length(s.seen.position_at(0)));
-        s.sun_m = from_inertial * s.seen.to_sun_m(row.sun_m);
-        s.detail = {};
-        if (s.shape->tiles() != nullptr) {
-            s.detail.eye_m = s.camera_m;
-            s.detail.cell_rad = s.shape->tiles()->cell_px() * projection.pixel_angle_rad();
-        }
+        s.shape = bodies[i].shape.get();
+        s.material = bodies[i].material.get();
+        s.built = &bodies[i];
+        set_frames(view, i, row);
         s.occluders.clear();
         s.reference_radiance = reference_radiance(s);
-
-        const Vec3 to_body = pose.position_m - row.camera.position_m;
-        const double distance = s.seen.moves() ? length(s.camera_m) : length(to_body);
-        // The frame of a moving body turns directions towards its motion, by different angles about a cone.
-        const double widened = s.seen.moves() ? 1 + 2 * length(s.beta) : 1;
-        const double radius = s.shape->bounding_radius_m();
-        s.thin_crescent = false;
-        s.lit_facets = nullptr;
-        const double half_angle = distance > radius ? std::asin(radius / distance) * widened : 10;
-        if (s.seen.moves() ? !(half_angle < std::numbers::pi / 2) : distance <= radius) {
-            s.radius_px = 0;
-            s.disc = {};
-            s.direction = {0, 0, 1};
-            s.cone_sine = 1;
-            s.cos_cone = -1;
-            s.reach_chord2 = 5;
-            s.solid_angle_sr = 4 * std::numbers::pi;
-            s.targeted = false;
-            s.large = true;
-            s.small = false;
-            s.samples = samples_per_pixel;
-            continue;
-        }
-        s.direction = row.camera_from_inertial * (to_body / length(to_body));
-        s.cone_sine = s.seen.moves() ? std::sin(half_angle) : radius / distance;
-        s.cos_cone = std::sqrt(std::max(0.0, 1 - s.cone_sine * s.cone_sine));
-        s.solid_angle_sr =
-            2 * std::numbers::pi * (s.cone_sine * s.cone_sine / (1 + s.cos_cone)); // 2 pi (1 - cos)
-        const double angle = half_angle;
-        const double half = (angle + margin_rad) / 2;
-        s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
-        const double radius_px = angle / projection.local_pixel_angle_rad(s.direction);
-        s.radius_px = radius_px;
-        // The Sun has no dark side.
-        s.disc = LitDisc(*s.shape, s.camera_m, s.sun_m, s.material != nullptr ? scene.sun.radius_m : 0);
-        s.targeted = radius_px < targeted_radius_px;
-        const double lit_share = s.disc.lit_share();
-        const double share = s.disc.exact() ? crescent_share : rough_crescent_share;
-        const bool thin = !s.targeted && lit_share < share &&
-                          lit_share * std::numbers::pi * radius_px * radius_px < crescent_area_px;
-        s.thin_crescent = thin && s.disc.exact();
-        if (const FacetSet* facets = thin && !s.disc.exact() ? s.shape->facets() : nullptr) {
-            s.lit_facets = facets->lit(s.camera_m, s.sun_m, scene.sun.radius_m);
-            s.thin_crescent = true;
-        }
-        s.large = radius_px > large_radius_px;
-        s.small = !s.targeted && radius_px <= small_radius_px;
-        s.samples = 0;
-        if (!s.targeted) {
-            const double pixels = std::numbers::pi * radius_px * radius_px * scene.camera.pixel_flattening();
-            const double wanted = samples_per_body / pixels;
-            s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
-        }
+        set_extent(view, row, s);
     }
     row.lamps.clear();
     for (const scene::Lamp& lamp : scene.lamps)

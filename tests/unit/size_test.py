@@ -22,8 +22,6 @@ EXCEPTIONS = {
     "renderer/planets/tile_packets.cpp:begin": (100, "one kernel of six instruction sets"),
     "renderer/planets/tile_packets.cpp:step": (145, "one kernel of six instruction sets"),
     "renderer/scene/scene_keys.cpp:keys_of": (95, "the table of the section's keys"),
-    # These are long without need, and wait to be divided by their steps.
-    "renderer/world/row_state.cpp:set_row_state": (100, "not divided yet"),
     "sensors/kernels.cpp:poisson_row": (90, "one loop of a vector kernel, whose state lives in registers"),
     "sensors/sensor_file.cpp:keys_of": (200, "the table of a detector's keys, in the order of the file"),
     "service/compatible/command_rows.cpp:make_commands": (440, "the table of the published client's commands"),
