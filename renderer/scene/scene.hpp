@@ -112,7 +112,7 @@ struct MaterialFamily;
 using Material = Description<MaterialFamily>;
 
 /// Texture files of a body. Where the shape has no texture coordinates of its own, a map covers the whole
-/// body by longitude and latitude.
+/// body by longitude and latitude, or what its file's georeference says.
 struct Textures {
     std::string albedo;                             ///< albedo map, a factor on the reflectance; empty: none
     std::string normal;                             ///< normal map; empty: none

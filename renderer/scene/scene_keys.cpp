@@ -178,7 +178,8 @@ config::Keys keys_of(Body& s) {
         config::key("texture_left_deg", config::Scaled{&s.textures.left_longitude_rad, degree})
             .unit("deg")
             .range(-360, 360)
-            .help("Longitude of the left edge of a texture that is mapped by longitude"),
+            .help(
+                "Longitude of the left edge of a texture that is mapped by longitude; a file that says its own place is there"),
     };
 }
 

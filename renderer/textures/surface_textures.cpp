@@ -33,13 +33,53 @@ TextureAxis texture_axis(Vec3 step_m, Vec3 grad_u, Vec3 grad_v) {
     return {dot(grad_u, step_m), dot(grad_v, step_m)};
 }
 
+/// Look-up at one lane, over a footprint.
+struct TextureLookup {
+    const UvPacket& at;
+    int lane;
+    Vec3 position, longer_m, shorter_m;
+
+    /// False: outside the texture's map.
+    bool sample(const PlacedTexture& texture, double* planes) const {
+        if (const TexturePlace* const place = texture.place.get()) {
+            double u = 0, v = 0;
+            if (!place->coordinates(position, u, v)) return false;
+            texture.texture->sample(u, v, place->axis(position, longer_m), place->axis(position, shorter_m),
+                                    planes);
+            return true;
+        }
+        const Vec3 grad_u = at.grad_u.lane(lane), grad_v = at.grad_v.lane(lane);
+        texture.texture->sample(at.u[lane], at.v[lane], texture_axis(longer_m, grad_u, grad_v),
+                                texture_axis(shorter_m, grad_u, grad_v), planes);
+        return true;
+    }
+    void gradients(const PlacedTexture& texture, Vec3& grad_u, Vec3& grad_v) const {
+        if (texture.place) return texture.place->gradients(position, grad_u, grad_v);
+        grad_u = at.grad_u.lane(lane);
+        grad_v = at.grad_v.lane(lane);
+    }
+};
+
 } // namespace
 
-std::shared_ptr<const Texture> TextureCache::get(const std::filesystem::path& file, TextureCoding coding,
-                                                 Texture::Edge edge) {
-    auto& texture = textures_[{file, coding, edge}];
-    if (!texture) texture = std::make_shared<const Texture>(read_texture(file, coding, edge));
-    return texture;
+PlacedTexture TextureCache::get(const std::filesystem::path& file, TextureCoding coding,
+                                TextureMapping mapping) {
+    PlacedTexture& placed = textures_[{file, coding, mapping}];
+    if (placed) return placed;
+    placed.texture = std::make_shared<const Texture>(
+        read_texture(file, coding, [&](std::int64_t width, std::int64_t height) {
+            if (mapping == TextureMapping::own) return Texture::Edge::repeat;
+            placed.place = read_texture_place(file, width, height, mapping == TextureMapping::plane);
+            return placed.place ? placed.place->edge() : Texture::Edge::clamp;
+        }));
+    return placed;
+}
+
+const TexturePlace* TextureCache::place(const std::filesystem::path& file, TextureMapping mapping) const {
+    for (const TextureCoding coding : {TextureCoding::linear, TextureCoding::srgb})
+        if (const auto found = textures_.find({file, coding, mapping}); found != textures_.end())
+            return found->second.place.get();
+    return nullptr;
 }
 
 SurfaceTextures::SurfaceTextures(std::vector<Slot> slots, const std::vector<SpectralBand>& bands, bool latlon,
@@ -56,13 +96,13 @@ SurfaceTextures::SurfaceTextures(std::vector<Slot> slots, const std::vector<Spec
         for (const double f : slot.factor)
             grey_ = grey_ && f == slot.factor[0];
         if (slot.albedo) {
-            const std::size_t planes = slot.albedo->planes();
+            const std::size_t planes = slot.albedo.texture->planes();
             std::vector<double>& w = weights_[p];
-            w = band_weights(*slot.albedo, bands);
+            w = band_weights(*slot.albedo.texture, bands);
             grey_ = grey_ && same_in_all_bands(w, planes);
             double mean = 0;
             for (std::size_t k = 0; k < planes; ++k)
-                mean += w[k] * slot.albedo->mean(k);
+                mean += w[k] * slot.albedo.mean(k, 1);
             value *= mean;
         }
         sum += value;
@@ -82,12 +122,14 @@ void SurfaceTextures::set_nested(std::shared_ptr<const NestedAlbedo> nested) {
 }
 
 std::vector<std::string> SurfaceTextures::notes() const {
-    return nested_ ? nested_->notes() : std::vector<std::string>();
+    std::vector<std::string> lines = notes_;
+    if (nested_) lines.insert(lines.end(), nested_->notes().begin(), nested_->notes().end());
+    return lines;
 }
 
-void SurfaceTextures::set_emission(std::shared_ptr<const Texture> texture) {
+void SurfaceTextures::set_emission(PlacedTexture texture) {
     emission_ = std::move(texture);
-    emission_weights_ = band_weights(*emission_, spectral_bands_);
+    emission_weights_ = band_weights(*emission_.texture, spectral_bands_);
 }
 
 template<typename Use>
@@ -96,12 +138,12 @@ void SurfaceTextures::for_each_paged(const Use& use) const {
         if (texture && texture->paged() != nullptr) use(*texture->paged());
     };
     for (const Slot& slot : slots_) {
-        each(slot.albedo);
-        each(slot.normal);
+        each(slot.albedo.texture);
+        each(slot.normal.texture);
     }
     for (const Map& map : maps_)
-        each(map.texture);
-    each(emission_);
+        each(map.texture.texture);
+    each(emission_.texture);
     if (nested_)
         for (const auto& texture : nested_->textures())
             each(texture);
@@ -154,23 +196,19 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
             texture_coordinates(shape, hits, body, surface, at);
             has_uv = true;
         }
-        const Vec3 grad_u = at.grad_u.lane(i);
-        const Vec3 grad_v = at.grad_v.lane(i);
-        const TextureAxis longer = texture_axis(longer_m, grad_u, grad_v);
-        const TextureAxis shorter = texture_axis(shorter_m, grad_u, grad_v);
+        const TextureLookup lookup{at, i, surface.position.lane(i), longer_m, shorter_m};
         double planes[Texture::max_planes];
-        if (slot.albedo) {
-            slot.albedo->sample(at.u[i], at.v[i], longer, shorter, planes);
-            const std::size_t count = slot.albedo->planes();
+        if (slot.albedo && lookup.sample(slot.albedo, planes)) {
+            const std::size_t count = slot.albedo.texture->planes();
             for (std::size_t c = 0; c < channels; ++c)
                 factor.v[c][i] *= band_value(weights_[number], c, planes, count);
         }
-        for (const Map& map : maps_) {
-            map.texture->sample(at.u[i], at.v[i], longer, shorter, planes);
-            varied.value[map.parameter][i] = map.at_zero + map.gain * planes[0];
-        }
-        if (slot.normal) {
-            slot.normal->sample(at.u[i], at.v[i], longer, shorter, planes);
+        for (const Map& map : maps_)
+            if (lookup.sample(map.texture, planes))
+                varied.value[map.parameter][i] = map.at_zero + map.gain * planes[0];
+        if (slot.normal && lookup.sample(slot.normal, planes)) {
+            Vec3 grad_u, grad_v;
+            lookup.gradients(slot.normal, grad_u, grad_v);
             const Vec3 n = surface.normal.lane(i);
             const Vec3 right = grad_u - n * dot(n, grad_u);
             const Vec3 down = grad_v - n * dot(n, grad_v);
@@ -198,12 +236,11 @@ void SurfaceTextures::emission(const Shape& shape, const HitPacket& hits, std::i
         // reach across the body, and those of its whole rim would gather the light of a few bright spots.
         Vec3 a, b;
         footprint(-surface.facet_normal.lane(i), surface.facet_normal.lane(i), width_m[i], a, b);
-        const Vec3 grad_u = at.grad_u.lane(i), grad_v = at.grad_v.lane(i);
         double planes[Texture::max_planes];
-        emission_->sample(at.u[i], at.v[i], texture_axis(a, grad_u, grad_v), texture_axis(b, grad_u, grad_v),
-                          planes);
+        const TextureLookup lookup{at, i, surface.position.lane(i), a, b};
+        if (!lookup.sample(emission_, planes)) continue;
         for (std::size_t c = 0; c < channels; ++c)
-            factor.v[c][i] = band_value(emission_weights_, c, planes, emission_->planes());
+            factor.v[c][i] = band_value(emission_weights_, c, planes, emission_.texture->planes());
     }
 }
 

@@ -8,6 +8,7 @@
 #include "renderer/scene/scene.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/textures/texture.hpp"
+#include "renderer/textures/texture_place.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -22,15 +23,35 @@ namespace obscura::renderer {
 
 class NestedAlbedo;
 
+/// Texture and, where the file states one, its place on the body; null: by the body's texture coordinates.
+struct PlacedTexture {
+    std::shared_ptr<const Texture> texture; ///< null: none
+    std::shared_ptr<const TexturePlace> place;
+
+    explicit operator bool() const { return texture != nullptr; }
+    /// Mean of a plane over the body, with `outside` where the map is not.
+    [[nodiscard]] double mean(std::size_t plane, double outside) const {
+        const double share = place ? place->share() : 1;
+        return share * texture->mean(plane) + (1 - share) * outside;
+    }
+};
+
+/// How the texture coordinates of a body come about.
+enum class TextureMapping : std::uint8_t {
+    own,       ///< the shape has them: images repeat
+    longitude, ///< by longitude and latitude, or the file's georeference
+    plane,     ///< of a terrain: the same, of planar maps
+};
+
 /// Reads textures, each file once: bodies that name the same file share its texture. Throws InputError.
 class TextureCache {
 public:
-    std::shared_ptr<const Texture> get(const std::filesystem::path& file, TextureCoding coding,
-                                       Texture::Edge edge);
+    PlacedTexture get(const std::filesystem::path& file, TextureCoding coding, TextureMapping mapping);
+    /// The place of a file that was read with that mapping; null: it has none.
+    [[nodiscard]] const TexturePlace* place(const std::filesystem::path& file, TextureMapping mapping) const;
 
 private:
-    std::map<std::tuple<std::filesystem::path, TextureCoding, Texture::Edge>, std::shared_ptr<const Texture>>
-        textures_;
+    std::map<std::tuple<std::filesystem::path, TextureCoding, TextureMapping>, PlacedTexture> textures_;
 };
 
 /// Albedo, normal, parameter and emission maps of one body. Immutable; thread-safe.
@@ -45,18 +66,19 @@ public:
     /// Factor and maps of one material slot.
     struct Slot {
         std::vector<double> factor; ///< per band; empty: 1
-        std::shared_ptr<const Texture> albedo, normal;
+        PlacedTexture albedo, normal;
     };
     /// Parameter map: a parameter of the material from an image of one plane, `at_zero` + texel * `gain`.
     struct Map {
         std::size_t parameter; ///< in the order of varying_parameters()
-        std::shared_ptr<const Texture> texture;
+        PlacedTexture texture;
         double at_zero, gain;
     };
 
     /// `slots`: at least one, indexed by Shape::material_slot(). `latlon`: map by longitude and latitude even
     /// where the shape has texture coordinates of its own; the image's left edge is at `left_longitude_rad`,
-    /// its first row at +90 degrees.
+    /// its first row at +90 degrees. Textures with a place of their own (PlacedTexture) are there instead:
+    /// outside it their factor is 1, parameters have their constants, normals stay and so does emission.
     SurfaceTextures(std::vector<Slot> slots, const std::vector<SpectralBand>& bands, bool latlon,
                     double left_longitude_rad);
     /// Sets the parameter maps; `constants`: the values of all varying_parameters(), used where no map is.
@@ -66,7 +88,9 @@ public:
     /// Lines on what was found when its files were read, for people.
     [[nodiscard]] std::vector<std::string> notes() const;
     /// Sets the emission map.
-    void set_emission(std::shared_ptr<const Texture> texture);
+    void set_emission(PlacedTexture texture);
+    /// Adds a line to notes().
+    void add_note(std::string line) { notes_.push_back(std::move(line)); }
 
     /// Whether parameters of the material vary over the surface.
     [[nodiscard]] bool varies() const { return !maps_.empty(); }
@@ -74,10 +98,10 @@ public:
     [[nodiscard]] bool grey() const { return grey_; }
     /// Whether a normal map turns its normals.
     [[nodiscard]] bool turns_normals() const {
-        return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.normal != nullptr; });
+        return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return bool{s.normal}; });
     }
     /// Whether an emission map varies the body's own light.
-    [[nodiscard]] bool varies_emission() const { return emission_ != nullptr; }
+    [[nodiscard]] bool varies_emission() const { return bool{emission_}; }
     /// Mean factor over slots and texels, first band.
     [[nodiscard]] double mean_factor() const { return mean_factor_; }
     [[nodiscard]] std::size_t slots() const { return slots_.size(); }
@@ -113,8 +137,9 @@ private:
     std::vector<SpectralBand> spectral_bands_;
     std::vector<Slot> slots_;
     std::vector<std::vector<double>> weights_; ///< per slot: band x plane, for the albedo texture
-    std::shared_ptr<const Texture> emission_;  ///< null: none
-    std::vector<double> emission_weights_;     ///< band x plane
+    PlacedTexture emission_;                   ///< none: empty
+    std::vector<std::string> notes_;
+    std::vector<double> emission_weights_; ///< band x plane
     std::vector<Map> maps_;
     std::shared_ptr<const NestedAlbedo> nested_; ///< null: none
     std::vector<double> constants_;

@@ -308,10 +308,14 @@ void fill_missing(Planes& planes, std::vector<bool>& missing, const std::filesys
 
 } // namespace
 
-Texture read_texture(const std::filesystem::path& file, TextureCoding coding, Texture::Edge edge) {
-    if (auto large = large_texture(file)) return {std::make_shared<PagedTexture>(std::move(large)), edge};
+Texture read_texture(const std::filesystem::path& file, TextureCoding coding,
+                     const std::function<Texture::Edge(std::int64_t, std::int64_t)>& edge) {
+    if (auto large = large_texture(file)) {
+        const Texture::Edge end = edge(large->metadata().width, large->metadata().height);
+        return {std::make_shared<PagedTexture>(std::move(large)), end};
+    }
     const Planes read = read_planes(file, coding, false);
-    return {read.width, read.height, read.values, edge, read.rgb};
+    return {read.width, read.height, read.values, edge(read.width, read.height), read.rgb};
 }
 
 MapTexture read_map_texture(const std::filesystem::path& file, TextureCoding coding,

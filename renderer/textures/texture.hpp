@@ -87,9 +87,13 @@ enum class TextureCoding : std::uint8_t {
 
 /// Reads the colour planes of an image (images/image.hpp), or opens a giant texture (.obt), whose values are
 /// taken as they are. Throws InputError if it cannot be read, has more than 16 planes, a value that is not
-/// finite or, other than a giant texture, more than 2^26 texels.
+/// finite or, other than a giant texture, more than 2^26 texels. `edge` chooses by width and height.
 [[nodiscard]] Texture read_texture(const std::filesystem::path& file, TextureCoding coding,
-                                   Texture::Edge edge);
+                                   const std::function<Texture::Edge(std::int64_t, std::int64_t)>& edge);
+[[nodiscard]] inline Texture read_texture(const std::filesystem::path& file, TextureCoding coding,
+                                          Texture::Edge edge) {
+    return read_texture(file, coding, [edge](std::int64_t, std::int64_t) { return edge; });
+}
 
 /// A texture whose texels may be missing in places, where means of what is around stand for them.
 struct MapTexture {
@@ -98,8 +102,7 @@ struct MapTexture {
     double full_scale = 1;       ///< number of the file that a texel of 1 stands for, of linear coding
     std::vector<bool> missing{}; ///< row-major, of any plane; empty: none
 };
-/// As read_texture(), of a file of at most 2^26 texels also where texels are missing. `edge` chooses by
-/// width and height.
+/// As read_texture(), of a file of at most 2^26 texels also where texels are missing.
 [[nodiscard]] MapTexture
 read_map_texture(const std::filesystem::path& file, TextureCoding coding,
                  const std::function<Texture::Edge(std::int64_t, std::int64_t)>& edge);

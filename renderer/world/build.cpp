@@ -7,11 +7,13 @@
 #include "renderer/materials/file_materials.hpp"
 #include "renderer/materials/registry.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/planets/planet_parameters.hpp"
 #include "renderer/registries/registry.hpp"
 #include "renderer/registries/shape_cache.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
+#include "renderer/shapes/disc.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
 #include "renderer/textures/surface_textures.hpp"
@@ -90,7 +92,12 @@ public:
         const std::string place = name_of(body);
         const auto* mesh = dynamic_cast<const MeshShape*>(&shape);
         const bool own_uv = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
-        const Texture::Edge edge = own_uv ? Texture::Edge::repeat : Texture::Edge::clamp;
+        const bool has_uv =
+            !body.textures.by_longitude && (own_uv || dynamic_cast<const Disc*>(&shape) != nullptr);
+        const TextureMapping mapping = has_uv ? TextureMapping::own
+                                       : body.shape.get_if<TerrainParameters>() != nullptr
+                                           ? TextureMapping::plane
+                                           : TextureMapping::longitude;
         const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
         const std::shared_ptr<const NestedAlbedo> nested = albedos_.make(body.shape);
         std::vector<SurfaceTextures::Slot> slots;
@@ -106,33 +113,54 @@ public:
                 throw ConfigError(
                     fmt::format("{}: textures cannot stand beside the materials of its file", place));
             for (const MeshMaterial& m : mesh->mesh().materials)
-                slots.push_back(slot_of(file->path, m, own_uv, edge, place));
+                slots.push_back(slot_of(file->path, m, own_uv, mapping, place));
         } else {
             if (body.textures.albedo.empty() && body.textures.normal.empty() &&
                 body.textures.parameters.empty() && body.textures.emission.empty() && !nested)
                 return nullptr;
             SurfaceTextures::Slot slot;
             if (!body.textures.albedo.empty())
-                slot.albedo = colours(body.textures.albedo, coding, edge, place);
-            if (!body.textures.normal.empty()) slot.normal = normal(body.textures.normal, edge, place);
+                slot.albedo = colours(body.textures.albedo, coding, mapping, place);
+            if (!body.textures.normal.empty()) slot.normal = normal(body.textures.normal, mapping, place);
             slots.push_back(std::move(slot));
         }
         auto textures = std::make_shared<SurfaceTextures>(
             std::move(slots), bands_, body.textures.by_longitude, body.textures.left_longitude_rad);
         if (nested) textures->set_nested(nested);
         if (!body.textures.parameters.empty())
-            set_maps(body.textures.parameters, edge, place, material, *textures);
+            set_maps(body.textures.parameters, mapping, place, material, *textures);
         if (!body.textures.emission.empty()) {
             if (body.emission_w_m2_sr.empty())
                 throw ConfigError(fmt::format(
                     "{}: an emission texture is a factor on the emission, which is missing", place));
-            textures->set_emission(colours(body.textures.emission, coding, edge, place));
+            textures->set_emission(colours(body.textures.emission, coding, mapping, place));
         }
+        note_places(body.textures, mapping, *textures);
         return textures;
     }
 
 private:
-    void set_maps(const std::vector<scene::Textures::Parameter>& given, Texture::Edge edge,
+    /// Says where the maps of a body are by their own georeference.
+    void note_places(const scene::Textures& given, TextureMapping mapping, SurfaceTextures& textures) {
+        std::vector<std::string> files{given.albedo, given.normal, given.emission};
+        for (const scene::Textures::Parameter& map : given.parameters)
+            files.push_back(map.file);
+        std::sort(files.begin(), files.end());
+        files.erase(std::unique(files.begin(), files.end()), files.end());
+        for (const std::string& file : files) {
+            const TexturePlace* const place = file.empty() ? nullptr : cache_.place(file, mapping);
+            if (place == nullptr) continue;
+            if (given.left_longitude_rad != scene::Textures().left_longitude_rad)
+                textures.add_note(
+                    fmt::format("{}: placed by its own georeference, not by texture_left_deg", file));
+            if (place->share() < 1)
+                textures.add_note(
+                    fmt::format("{}: a map of {:.3g} % of the body: elsewhere its texture changes nothing",
+                                file, 100 * place->share()));
+        }
+    }
+
+    void set_maps(const std::vector<scene::Textures::Parameter>& given, TextureMapping mapping,
                   const std::string& place, scene::Material& material, SurfaceTextures& textures) {
         const std::vector<VaryingParameter> parameters = varying_parameters(material);
         std::vector<SurfaceTextures::Map> maps;
@@ -150,7 +178,8 @@ private:
                                 map.name, names.empty() ? "" : ", ", fmt::join(names, ", ")));
             }
             const auto index = static_cast<std::size_t>(found - parameters.begin());
-            auto texture = cache_.get(map.file, TextureCoding::linear, edge);
+            PlacedTexture placed = cache_.get(map.file, TextureCoding::linear, mapping);
+            const Texture* const texture = placed.texture.get();
             if (texture->planes() != 1)
                 throw InputError(fmt::format("{}: {} planes: the {} of {} needs 1", map.file,
                                              texture->planes(), map.name, place));
@@ -161,20 +190,24 @@ private:
             const double slack = 1e-12 * std::abs(gain);
             set_varying_parameter(least, index, std::min(a, b) + slack);
             set_varying_parameter(most, index, std::max(a, b) - slack);
-            set_varying_parameter(material, index, map.at_zero + gain * texture->mean(0));
-            maps.push_back({index, std::move(texture), map.at_zero, gain});
+            // Outside the map, the material's own number.
+            const double own = parameters[index].value;
+            const double share = placed.place ? placed.place->share() : 1;
+            set_varying_parameter(material, index,
+                                  share * (map.at_zero + gain * texture->mean(0)) + (1 - share) * own);
+            maps.push_back({index, std::move(placed), map.at_zero, gain});
         }
         // Check the law's rules at the extremes of the texels.
         (void)make_material(least, place + ", least texels of its parameters");
         (void)make_material(most, place + ", largest texels of its parameters");
         std::vector<double> constants;
-        for (const VaryingParameter& p : varying_parameters(material))
+        for (const VaryingParameter& p : parameters)
             constants.push_back(p.value);
         textures.set_maps(std::move(maps), std::move(constants));
     }
 
     SurfaceTextures::Slot slot_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_uv,
-                                  Texture::Edge edge, const std::string& place) {
+                                  TextureMapping mapping, const std::string& place) {
         SurfaceTextures::Slot slot;
         std::array<float, 3> rgb = m.diffuse;
         const auto path = [&](const std::filesystem::path& word) {
@@ -186,11 +219,11 @@ private:
         };
         // Textures need texture coordinates.
         if (own_uv && !m.albedo_texture.empty()) {
-            slot.albedo = colours(path(m.albedo_texture), TextureCoding::srgb, edge, place);
+            slot.albedo = colours(path(m.albedo_texture), TextureCoding::srgb, mapping, place);
             // Some writers leave the colour black under a texture.
             if (rgb == std::array<float, 3>{0, 0, 0}) rgb = {1, 1, 1};
         }
-        if (own_uv && !m.normal_texture.empty()) slot.normal = normal(path(m.normal_texture), edge, place);
+        if (own_uv && !m.normal_texture.empty()) slot.normal = normal(path(m.normal_texture), mapping, place);
         for (const SpectralBand& band : bands_) {
             const std::array<double, 3> shares = colour_shares(band);
             double value = 0;
@@ -201,21 +234,22 @@ private:
         return slot;
     }
 
-    std::shared_ptr<const Texture> colours(const std::filesystem::path& file, TextureCoding coding,
-                                           Texture::Edge edge, const std::string& place) {
-        auto texture = cache_.get(file, coding, edge);
+    PlacedTexture colours(const std::filesystem::path& file, TextureCoding coding, TextureMapping mapping,
+                          const std::string& place) {
+        PlacedTexture placed = cache_.get(file, coding, mapping);
+        const Texture* const texture = placed.texture.get();
         if (texture->planes() != 1 && !texture->rgb() && texture->planes() != bands_.size())
             throw InputError(fmt::format(
                 "{}: {} planes: allowed for {} are 1, red, green and blue, or one for each of the {} bands",
                 file.string(), texture->planes(), place, bands_.size()));
-        return texture;
+        return placed;
     }
-    std::shared_ptr<const Texture> normal(const std::filesystem::path& file, Texture::Edge edge,
-                                          const std::string& place) {
-        auto texture = cache_.get(file, TextureCoding::linear, edge);
-        if (texture->planes() != 3)
+    PlacedTexture normal(const std::filesystem::path& file, TextureMapping mapping,
+                         const std::string& place) {
+        PlacedTexture texture = cache_.get(file, TextureCoding::linear, mapping);
+        if (texture.texture->planes() != 3)
             throw InputError(fmt::format("{}: {} planes: the normal map of {} needs 3", file.string(),
-                                         texture->planes(), place));
+                                         texture.texture->planes(), place));
         return texture;
     }
     const std::vector<SpectralBand>& bands_;

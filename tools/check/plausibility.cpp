@@ -316,7 +316,7 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
                 fmt::format(", outside the field ({:.4g} deg from the boresight)", degrees(b.boresight_rad));
         line("body " + b.name, std::move(text));
         for (const std::string& note : b.notes)
-            line("heights of " + b.name, note);
+            line("maps of " + b.name, note);
     }
     if (view_.bodies.size() > max_bodies)
         line("bodies", fmt::format("{} more", view_.bodies.size() - max_bodies));
