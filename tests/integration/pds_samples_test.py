@@ -211,7 +211,33 @@ def refusals():
         check("import: one line", done.stderr.count("\n") == 1, done.stderr)
 
 
+def pds4():
+    """Labels of PDS4 by the import: each class of constants, in decimal and as a bit pattern."""
+    place = """<Observation_Area><Discipline_Area><cart:Cartography xmlns:cart="http://pds.nasa.gov/pds4/cart/v1"><cart:Spatial_Domain><cart:Bounding_Coordinates>
+<cart:west_bounding_coordinate unit="deg">0</cart:west_bounding_coordinate><cart:east_bounding_coordinate unit="deg">360</cart:east_bounding_coordinate>
+<cart:north_bounding_coordinate unit="deg">90</cart:north_bounding_coordinate><cart:south_bounding_coordinate unit="deg">-90</cart:south_bounding_coordinate>
+</cart:Bounding_Coordinates></cart:Spatial_Domain></cart:Cartography></Discipline_Area></Observation_Area>"""
+    names = ["missing_constant", "invalid_constant", "unknown_constant", "not_applicable_constant", "error_constant", "saturated_constant", "high_instrument_saturation",
+             "high_representation_saturation", "low_instrument_saturation", "low_representation_saturation"]
+    for kind, code, special in (("SignedMSB2", ">i2", -32768), ("SignedLSB2", "<i2", -3), ("UnsignedByte", "u1", 255), ("SignedLSB4", "<i4", -2 ** 31), ("IEEE754MSBSingle", ">f4", -1e9)):
+        dtype = np.dtype(code)
+        numbers = samples_of(dtype, 1).astype(dtype)[0]
+        numbers[2, 3:6] = special
+        numbers[5, 0] = numbers[4, 4]
+        truth = np.where((numbers == dtype.type(special)), np.nan, numbers.astype("f8"))
+        pattern = int.from_bytes(numbers[2, 3:4].astype(dtype.newbyteorder(">")).tobytes(), "big")
+        for name, form in [(n, f"0x{pattern:X}") for n in names[:2]] + [(n, repr(special)) for n in names] + [("missing_constant", f"16#{pattern:x}#")]:
+            (folder / "P4.img").write_bytes(numbers.tobytes())
+            file = folder / "P4.xml"
+            axes = "".join(f"<Axis_Array><axis_name>{n}</axis_name><elements>{k}</elements><sequence_number>{i}</sequence_number></Axis_Array>" for i, (n, k) in enumerate((("Line", H), ("Sample", W)), 1))
+            file.write_text(f'<?xml version="1.0"?><Product_Observational xmlns="http://pds.nasa.gov/pds4/pds/v1">{place}<File_Area_Observational><File><file_name>P4.img</file_name></File>'
+                            f'<Array_2D_Image><offset unit="byte">0</offset><axes>2</axes><axis_index_order>Last Index Fastest</axis_index_order><Element_Array><data_type>{kind}</data_type></Element_Array>'
+                            f"{axes}<Special_Constants><{name}>{form}</{name}></Special_Constants></Array_2D_Image></File_Area_Observational></Product_Observational>")
+            same(f"PDS4 {name} = {form} of {kind}", by_import(file, "--edges=0,360,90,-90", "--radius", 1737400), truth, "import")
+
+
 types_and_layouts()
+pds4()
 if gdal:
     beside_gdal()
 holes()

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/units.hpp"
+#include "tools/import/map/pds4_label.hpp"
 
 #include <fmt/format.h>
 
@@ -231,6 +232,8 @@ void MapSource::read_numbers(const MapSettings& settings) {
     if (map_.driver == "ISIS3" || map_.driver == "ISIS2") numbers_of_isis();
     // What GDAL says of missing samples is made up where the label says nothing.
     if (label_) static_cast<images::PdsNumbers&>(numbers_) = images::pds3_numbers(*label_, type);
+    for (const auto& [key, text] : map_.texts)
+        if (key == "label:PDS4") read_pds4_constants(text, name_, map_.width, map_.height, type, numbers_);
     if (settings.scale) numbers_.scale = *settings.scale;
     if (settings.offset) numbers_.offset = *settings.offset;
     if (settings.scale || settings.offset) numbers_.scaled = true;
