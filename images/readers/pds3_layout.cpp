@@ -22,8 +22,8 @@ namespace {
 constexpr std::int64_t largest_file = std::int64_t{1} << 40;
 
 /// Keywords of numbers that are no measurement (Planetary Science Data Dictionary; names without CORE_ and
-/// with MISSING, NULL, INVALID and DUMMY alone are of older labels).
-constexpr std::array<std::string_view, 22> pds3_missing_keys{"MISSING_CONSTANT",
+/// with MISSING, NULL, INVALID and DUMMY alone are of older labels, those with VALUE of SELENE's).
+constexpr std::array<std::string_view, 24> pds3_missing_keys{"MISSING_CONSTANT",
                                                              "INVALID_CONSTANT",
                                                              "NULL_CONSTANT",
                                                              "NOT_APPLICABLE_CONSTANT",
@@ -34,6 +34,8 @@ constexpr std::array<std::string_view, 22> pds3_missing_keys{"MISSING_CONSTANT",
                                                              "INVALID",
                                                              "NULL",
                                                              "DUMMY",
+                                                             "INVALID_VALUE",
+                                                             "OUT_OF_IMAGE_BOUNDS_VALUE",
                                                              "CORE_MISSING_CONSTANT",
                                                              "CORE_INVALID_CONSTANT",
                                                              "CORE_NULL",
@@ -90,7 +92,8 @@ void set_steps(const PdsLabel& label, Pds3Layout& at) {
         !possible(at.width - 1, largest_file) || !possible(at.height - 1, largest_file))
         refuse_label(label, "the label's image layout is invalid");
     const auto sample = static_cast<std::int64_t>(at.type.bytes);
-    const std::string storage = upper_case(label.text("IMAGE.BAND_STORAGE_TYPE", "BAND_SEQUENTIAL"));
+    std::string storage = upper_case(label.text("IMAGE.BAND_STORAGE_TYPE", "BAND_SEQUENTIAL"));
+    std::replace(storage.begin(), storage.end(), ' ', '_'); // labels of SELENE
     const bool by_sample = at.bands > 1 && storage == "SAMPLE_INTERLEAVED",
                by_line = at.bands > 1 && storage == "LINE_INTERLEAVED";
     if (at.bands > 1 && !by_sample && !by_line && storage != "BAND_SEQUENTIAL" && !says_nothing(storage))

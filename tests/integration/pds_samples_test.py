@@ -138,7 +138,8 @@ def types_and_layouts():
                 file = label(f"T{number}", laid_out(data, storage, prefix, suffix), kind, bits, bands, storage, prefix, suffix, {"SCALING_FACTOR": 0.5, "OFFSET": -3})
                 same(what, by_scenes(file, bands), 0.5 * truth - 3, "scenes")
                 band = number % bands
-                same(what, by_import(file, band=band), 0.5 * truth[band] - 3, "import")
+                if number % 4 == number // 4 % 4 or kind in ("LSB_INTEGER", "VAX_REAL"):  # each layout with many types
+                    same(what, by_import(file, band=band), 0.5 * truth[band] - 3, "import")
 
 
 def beside_gdal():
@@ -180,7 +181,8 @@ def holes():
             what = f"{KEYS[i]} = {form} of {kind} {bits}"
             file = label(f"H{number}", numbers.tobytes(), kind, bits, image={KEYS[i]: form})
             same(what, by_scenes(file), truth, "scenes")
-            same(what, by_import(file), truth[0], "import")
+            if i < len(forms) or bits == 16:
+                same(what, by_import(file), truth[0], "import")
     # Several at once, one that no sample can be, and words in place of numbers.
     numbers = samples_of(np.dtype("<i2"), 1).astype("<i2")
     numbers[0, 1, 1:5] = -32768, -32767, -32766, 32767
@@ -190,9 +192,19 @@ def holes():
                                                                         "UNKNOWN_CONSTANT": 99999})
     same("several constants", by_scenes(file), truth, "scenes")
     same("several constants", by_import(file), truth[0], "import")
+    file = label("SELENE", numbers.tobytes(), "LSB_INTEGER", 16, image={"INVALID_VALUE": "(-32768, -32767,\r\n -32766)", "OUT_OF_IMAGE_BOUNDS_VALUE": 32767})
+    same("lists of values", by_scenes(file), truth, "scenes")
     file = label("BOUND", numbers.tobytes(), "LSB_INTEGER", 16, image={"CORE_VALID_MINIMUM": -32765, "NULL": 32767})
     same("CORE_VALID_MINIMUM", by_scenes(file), truth, "scenes")
     same("CORE_VALID_MINIMUM", by_import(file), truth[0], "import")
+
+
+def words():
+    """Values of keywords as labels in archives have them."""
+    numbers = samples_of(np.dtype("<i2"), 3).astype("<i2")
+    file = label("WORDS", numbers.tobytes(), "lsb_integer", 16, 3, '"band sequential"', image={"SCALING_FACTOR": '"N/A"', "OFFSET": "2 <m>", "UNIT": '"UNK"'})
+    same("words", by_scenes(file, 3), numbers.astype("f8") + 2, "scenes")
+    same("words", by_import(file, band=2), numbers[2].astype("f8") + 2, "import")
 
 
 def refusals():
@@ -241,6 +253,7 @@ pds4()
 if gdal:
     beside_gdal()
 holes()
+words()
 refusals()
 print(", ".join(f"{count} images by {which}" for which, count in compared.items()))
 shutil.rmtree(folder)
