@@ -132,6 +132,21 @@ truth = 0.4 + 0.15 * np.sin(px / 30000) * np.sin(py / 40000)
 off = np.abs(layer["albedo"].ravel() - truth)
 check("near: bilinear samples", off.max() < 2e-4, off.max())
 
+# The same file as a texture of the body's material is in the same place: all longitudes from 0 on, a part of them, about a pole.
+lon, lat = np.meshgrid(np.arange(720) * 0.5 + 0.25, 89.75 - np.arange(360) * 0.5)
+whole = raw_map("from0", 30000 + 15000 * np.sin(np.radians(lon)) * np.cos(np.radians(2 * lat)), f"+proj=longlat +R={RADIUS} +no_defs", [0, 90, 360, -90])
+tool("gdal_translate", "-q", "-srcwin", 300, 80, 200, 170, whole, "part.tif")
+for name, direction in (("from0.tif", [0.3, -0.9, 0.3]), ("part.tif", [-0.97, -0.2, 0.1]), ("patch.tif", [0.02, 0.0, -0.9998])):
+    scene("n.toml", direction, f"[[body.albedo]]\nfile = \"{name}\"\nfeather_m = 1\n")
+    scene("x.toml", direction, f"material = \"lambert\"\nalbedo = 1\nalbedo_texture = \"{name}\"\n")
+    (nested, _), (textured, said) = rendered("n.toml"), rendered("x.toml")
+    a, b = ({k.lower(): v for k, v in m.items()}["albedo"] for m in (nested, textured))
+    good = np.isfinite(a) & np.isfinite(b)
+    off = np.abs(a - b)[good]
+    # Pixels on the edge of a part see both sides of it, each its own share.
+    check(f"{name}: as a texture", good.sum() > 2000 and np.percentile(off, 97) < 2e-3 and np.ptp(a[good]) > 0.2, (good.sum(), np.percentile(off, [50, 97, 100])))
+    check(f"{name}: share", ("% of the body" in said) == (name != "from0.tif"), said)
+
 # A giant texture of the same numbers is the same map.
 if (pathlib.Path(obscura).parent / "obscura-gdal").exists():
     tool(obscura, "import", "map", "base.tif", "-o", "base.obt", "--albedo")
