@@ -7,15 +7,18 @@
 #include "core/text/text.hpp"
 
 #include <fmt/format.h>
+#include <unzip.h>
 #include <zlib.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <new>
+#include <memory>
 #include <string_view>
 #include <system_error>
+#include <type_traits>
+#include <utility>
 
 namespace obscura::transports::gige {
 namespace {
@@ -23,61 +26,55 @@ namespace {
 /// Limit of the file and of the XML in it, in bytes.
 constexpr std::uint64_t xml_bytes_max = 16U << 20;
 
-// Records of a zip archive: APPNOTE.TXT of PKWARE, version 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16.
-constexpr std::uint32_t local_signature = 0x04034b50, entry_signature = 0x02014b50,
-                        end_signature = 0x06054b50;
-constexpr std::size_t local_bytes = 30, entry_bytes = 46, end_bytes = 22;
-constexpr std::uint32_t method_stored = 0, method_deflated = 8, flag_encrypted = 1;
+constexpr uLong method_stored = 0, method_deflated = Z_DEFLATED, flag_encrypted = 1;
 
 [[noreturn]] void refuse_archive(std::string_view why) {
     throw ConfigError(fmt::format("zip archive: {}", why));
 }
 
-/// Little-endian number of `bytes` bytes. Throws ConfigError beyond the end of `from`.
-std::uint32_t number_at(std::string_view from, std::size_t at, std::size_t bytes) {
-    if (at > from.size() || from.size() - at < bytes) refuse_archive("ends too early");
-    std::uint32_t number = 0;
-    for (std::size_t i = bytes; i-- > 0;)
-        number = number << 8 | static_cast<unsigned char>(from[at + i]);
-    return number;
-}
+struct CloseArchive {
+    void operator()(unzFile zip) const noexcept { ::unzClose(zip); }
+};
+using ZipArchive = std::unique_ptr<std::remove_pointer_t<unzFile>, CloseArchive>;
 
-std::string_view bytes_at(std::string_view from, std::size_t at, std::size_t bytes) {
-    if (at > from.size() || from.size() - at < bytes) refuse_archive("ends too early");
-    return from.substr(at, bytes);
-}
-
-/// A file of the archive, by its central directory.
+/// File of an archive.
 struct ZipEntry {
-    std::string_view name;
-    std::uint32_t flags = 0, method = 0, crc = 0, packed_bytes = 0, plain_bytes = 0, local_at = 0;
+    std::string name;
+    unz_file_info64 facts{};
+    unz64_file_pos place{};
 };
 
+/// The file at which `zip` stands. Throws ConfigError.
+ZipEntry current_entry(unzFile zip) {
+    ZipEntry entry;
+    const auto read = [&](char* name, std::size_t bytes) {
+        return ::unzGetCurrentFileInfo64(zip, &entry.facts, name, bytes, nullptr, 0, nullptr, 0) == UNZ_OK;
+    };
+    bool good = read(nullptr, 0);
+    entry.name.resize(entry.facts.size_filename);
+    good = good && read(entry.name.data(), entry.name.size());
+    if (!good || ::unzGetFilePos64(zip, &entry.place) != UNZ_OK) refuse_archive("its directory is damaged");
+    return entry;
+}
+
 /// The only file of the archive whose name ends with .xml; if there is none, its only file.
-ZipEntry xml_entry_of(std::string_view zip) {
-    // A comment or padding may follow the record at the end.
-    const std::size_t end = zip.rfind("PK\x05\x06");
-    if (end == std::string_view::npos || zip.size() - end < end_bytes) refuse_archive("has no directory");
-    const std::uint32_t count = number_at(zip, end + 10, 2);
-    std::size_t at = number_at(zip, end + 16, 4), files = 0, xml_files = 0;
+ZipEntry xml_entry_of(unzFile zip) {
+    unz_global_info64 archive{};
+    if (::unzGetGlobalInfo64(zip, &archive) != UNZ_OK) refuse_archive("has no directory");
+    std::size_t files = 0, xml_files = 0;
     ZipEntry only, xml;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        if (number_at(zip, at, 4) != entry_signature) refuse_archive("its directory is damaged");
-        const std::size_t name_bytes = number_at(zip, at + 28, 2);
-        const ZipEntry entry{.name = bytes_at(zip, at + entry_bytes, name_bytes),
-                             .flags = number_at(zip, at + 8, 2),
-                             .method = number_at(zip, at + 10, 2),
-                             .crc = number_at(zip, at + 16, 4),
-                             .packed_bytes = number_at(zip, at + 20, 4),
-                             .plain_bytes = number_at(zip, at + 24, 4),
-                             .local_at = number_at(zip, at + 42, 4)};
-        at += entry_bytes + name_bytes + number_at(zip, at + 30, 2) + number_at(zip, at + 32, 2);
+    for (std::uint64_t i = 0; i < archive.number_entry; ++i) {
+        if ((i == 0 ? ::unzGoToFirstFile(zip) : ::unzGoToNextFile(zip)) != UNZ_OK)
+            refuse_archive("its directory is damaged");
+        ZipEntry entry = current_entry(zip);
         if (entry.name.ends_with('/')) continue;
         ++files;
-        only = entry;
-        if (!lower_case(entry.name).ends_with(".xml")) continue;
-        ++xml_files;
-        xml = entry;
+        if (lower_case(entry.name).ends_with(".xml")) {
+            ++xml_files;
+            xml = std::move(entry);
+        } else {
+            only = std::move(entry);
+        }
     }
     if (xml_files == 1) return xml;
     if (xml_files > 1 || files != 1)
@@ -85,43 +82,27 @@ ZipEntry xml_entry_of(std::string_view zip) {
     return only;
 }
 
-/// Raw deflate stream of exactly `plain_bytes` bytes.
-std::string inflated(std::string_view packed, std::size_t plain_bytes) {
-    std::string plain(plain_bytes, '\0');
-    z_stream stream{};
-    if (::inflateInit2(&stream, -MAX_WBITS) != Z_OK) throw std::bad_alloc();
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data())); // NOLINT: only read
-    stream.avail_in = static_cast<uInt>(packed.size());
-    stream.next_out = reinterpret_cast<Bytef*>(plain.data());
-    stream.avail_out = static_cast<uInt>(plain.size());
-    const int state = ::inflate(&stream, Z_FINISH);
-    const std::size_t left = stream.avail_out;
-    ::inflateEnd(&stream);
-    if (state != Z_STREAM_END || left != 0) refuse_archive("its data is damaged");
-    return plain;
-}
-
 /// The XML in an archive. Throws ConfigError.
-std::string unzipped_xml(std::string_view zip) {
-    const ZipEntry entry = xml_entry_of(zip);
-    if ((entry.flags & flag_encrypted) != 0) refuse_archive("is encrypted");
-    if (entry.method != method_stored && entry.method != method_deflated)
-        refuse_archive(
-            fmt::format("compression method {}, allowed are 0 (stored) and 8 (deflated)", entry.method));
-    if (entry.plain_bytes == 0 || entry.plain_bytes > xml_bytes_max)
-        refuse_archive(
-            fmt::format("{} bytes when unpacked, allowed are 1 to {}", entry.plain_bytes, xml_bytes_max));
-    if (number_at(zip, entry.local_at, 4) != local_signature) refuse_archive("its directory is damaged");
-    const std::size_t data_at = entry.local_at + local_bytes + number_at(zip, entry.local_at + 26, 2) +
-                                number_at(zip, entry.local_at + 28, 2);
-    const std::string_view packed = bytes_at(zip, data_at, entry.packed_bytes);
-    if (entry.method == method_stored && entry.packed_bytes != entry.plain_bytes)
+std::string unzipped_xml(const std::string& file) {
+    const ZipArchive zip(::unzOpen64(file.c_str()));
+    if (!zip) refuse_archive("has no directory");
+    const ZipEntry entry = xml_entry_of(zip.get());
+    const unz_file_info64& facts = entry.facts;
+    if ((facts.flag & flag_encrypted) != 0) refuse_archive("is encrypted");
+    if (facts.compression_method != method_stored && facts.compression_method != method_deflated)
+        refuse_archive(fmt::format("compression method {}, allowed are 0 (stored) and 8 (deflated)",
+                                   facts.compression_method));
+    if (facts.uncompressed_size == 0 || facts.uncompressed_size > xml_bytes_max)
+        refuse_archive(fmt::format("{} bytes when unpacked, allowed are 1 to {}", facts.uncompressed_size,
+                                   xml_bytes_max));
+    if (::unzGoToFilePos64(zip.get(), &entry.place) != UNZ_OK || ::unzOpenCurrentFile(zip.get()) != UNZ_OK)
         refuse_archive("its directory is damaged");
-    std::string plain =
-        entry.method == method_stored ? std::string(packed) : inflated(packed, entry.plain_bytes);
-    if (::crc32(0, reinterpret_cast<const Bytef*>(plain.data()), static_cast<uInt>(plain.size())) !=
-        entry.crc)
-        refuse_archive("its checksum is another");
+    std::string plain(facts.uncompressed_size, '\0');
+    const int bytes = ::unzReadCurrentFile(zip.get(), plain.data(), static_cast<unsigned>(plain.size()));
+    // It compares the checksum, too.
+    const int state = ::unzCloseCurrentFile(zip.get());
+    if (bytes < 0 || static_cast<std::size_t>(bytes) != plain.size() || state != UNZ_OK)
+        refuse_archive("its data is damaged");
     return plain;
 }
 
@@ -144,7 +125,7 @@ std::string bytes_of_file(const std::string& file) {
 std::string contents_of_genicam_file(const std::string& file) {
     try {
         std::string contents = bytes_of_file(file);
-        if (contents.starts_with("PK")) contents = unzipped_xml(contents);
+        if (contents.starts_with("PK")) contents = unzipped_xml(file);
         if (const std::string why = make_plain_text(contents); !why.empty()) throw ConfigError(why);
         if (contents.empty()) throw ConfigError("is empty");
         return contents;
