@@ -2,6 +2,7 @@
 #include "renderer/scene/kernel_frame.hpp"
 
 #include "core/error.hpp"
+#include "renderer/scene/central_difference.hpp"
 
 #include <fmt/format.h>
 
@@ -108,9 +109,8 @@ public:
         const Vec3 local_m = local_->at(time_s).position_m;
         Vec3 velocity = state.velocity_m_s + rotate(orientation(time_s), local_->velocity_m_s(time_s));
         if (length_squared(local_m) > 0)
-            velocity = velocity + (rotate(orientation(time_s + turn_step_s), local_m) -
-                                   rotate(orientation(time_s - turn_step_s), local_m)) /
-                                      (2 * turn_step_s);
+            velocity = velocity + differenced_velocity_m_s(
+                                      [&](double t) { return rotate(orientation(t), local_m); }, time_s);
         return velocity;
     }
     [[nodiscard]] PoseAges ages(double time_s) const noexcept override {
@@ -131,9 +131,6 @@ public:
     }
 
 private:
-    /// Half the step over which turns are differenced.
-    static constexpr double turn_step_s = 0.05;
-
     [[nodiscard]] Quat orientation(double time_s) const noexcept {
         Quat q;
         return model_->orientation(scene_->tdb(oriented_.nearest(time_s)), q) == Evaluation::ok

@@ -2,6 +2,7 @@
 #include "renderer/world/kinematics.hpp"
 
 #include "renderer/camera/aberration.hpp"
+#include "renderer/scene/central_difference.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/sky_object.hpp"
 #include "renderer/world/motion.hpp"
@@ -71,17 +72,12 @@ Pose pose_on_parent(const scene::Scene& scene, std::span<const BuiltBody> bodies
     return inertial_pose(bodies, motion, scene::index_of(scene.bodies, parent), pose, time_s);
 }
 
-/// Half the step over which what has no derivative of its own is differenced: turns, joints, and poses from
-/// outside.
-constexpr double half_step_s = 0.05;
-
 /// Velocity of `motion` with `joint` in the frame of its parent.
 Vec3 velocity_in_parent(const scene::Motion& motion, const scene::Joint& joint, double time_s) {
     Pose live;
     if ((motion.live && motion.live->at(time_s, live)) || joint.kind == scene::Joint::Kind::slide)
-        return (pose_in_parent(motion, joint, time_s + half_step_s).position_m -
-                pose_in_parent(motion, joint, time_s - half_step_s).position_m) /
-               (2 * half_step_s);
+        return scene::differenced_velocity_m_s(
+            [&](double t) { return pose_in_parent(motion, joint, t).position_m; }, time_s);
     return scripted_velocity_m_s(motion, time_s);
 }
 
@@ -98,8 +94,8 @@ Vec3 inertial_velocity_m_s(std::span<const BuiltBody> bodies, const scene::Motio
         };
         velocity = turned(time_s, velocity);
         if (const Vec3 at_m = pose_in_parent(motion, joint, time_s).position_m; length_squared(at_m) > 0)
-            velocity = velocity + (turned(time_s + half_step_s, at_m) - turned(time_s - half_step_s, at_m)) /
-                                      (2 * half_step_s);
+            velocity =
+                velocity + scene::differenced_velocity_m_s([&](double t) { return turned(t, at_m); }, time_s);
     }
     return velocity + body_velocity_m_s(bodies, up, time_s);
 }
