@@ -46,6 +46,12 @@ BuiltScene::BuiltScene(scene::Scene s, RenderSettings r)
         if (const SurfaceTiles* tiles = body.shape->tiles();
             tiles != nullptr && std::find(terrains.begin(), terrains.end(), tiles) == terrains.end())
             terrains.push_back(tiles);
+    if (std::any_of(scene.bands.begin(), scene.bands.end(),
+                    [](const SpectralBand& band) { return !band.response.empty(); }))
+        for (SpectralBand band : scene.bands) {
+            band.response.clear();
+            star_energy_um.push_back(star_band_weights_um(band));
+        }
 }
 
 void BuiltScene::set_lighting() {

@@ -10,6 +10,7 @@
 #include "renderer/integrators/block_tracer.hpp"
 #include "renderer/integrators/point_splatter.hpp"
 #include "renderer/lights/lighting.hpp"
+#include "renderer/lights/star_spectra.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/world/build.hpp"
@@ -44,8 +45,9 @@ struct BuiltScene {
     std::vector<Vec3> landmarks_m;             ///< see landmark_points()
     PointSplatter splatter;
     std::vector<StrayMap> stray;
-    double field_rad;             ///< largest angle of a pixel's centre to the boresight
-    std::vector<double> sun_w_m2; ///< per band, at 1 au
+    double field_rad;                     ///< largest angle of a pixel's centre to the boresight
+    std::vector<double> sun_w_m2;         ///< per band, at 1 au
+    std::vector<StarBins> star_energy_um; ///< see TruthScene
     Lighting lighting;
     Lighting lighting_few_bounces; ///< of QualityLevel::bounces
     bool plain = true;             ///< direct sunlight on grey surfaces: one channel is enough

@@ -8,6 +8,7 @@
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"
 #include "renderer/lights/star_field.hpp"
+#include "renderer/lights/star_spectra.hpp"
 #include "renderer/truth/function_ref.hpp"
 #include "renderer/world/row_state.hpp"
 #include "renderer/world/sky_sources.hpp"
@@ -34,6 +35,8 @@ struct TruthScene {
     const FieldStars& stars;           ///< that may be in the field
     const SkySources& sky;
     std::span<const double> sun_w_m2; ///< per band, at 1 au
+    /// Weights of star_band_weights_um() for W/m2, of bands without their response; empty: none has one.
+    std::span<const StarBins> star_energy_um;
     std::uint32_t max_instants;
     double reach_px;  ///< of the PSF
     double field_rad; ///< largest angle of a pixel to the boresight

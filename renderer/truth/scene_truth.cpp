@@ -234,14 +234,11 @@ private:
     }
     /// Irradiance of a star's light, likewise.
     [[nodiscard]] double sum_of_bands(std::span<const double> light, const scene::Star& star) const {
-        const std::vector<SpectralBand>& bands = scene_.scene.bands;
-        if (std::all_of(bands.begin(), bands.end(), [](const SpectralBand& b) { return b.response.empty(); }))
-            return sum_of(light);
+        if (scene_.star_energy_um.empty()) return sum_of(light);
+        const StarBins spectrum = star_spectrum(star);
         double sum = 0;
-        for (SpectralBand plain : bands) {
-            plain.response.clear();
-            sum += star_irradiance_w_m2(star, plain);
-        }
+        for (const StarBins& weights_um : scene_.star_energy_um)
+            sum += star_irradiance_w_m2(star, spectrum, weights_um);
         return sum;
     }
 
