@@ -10,19 +10,12 @@
 #include <cmath>
 
 namespace obscura::renderer {
-namespace {
-
-Vec3 widen(Vec3f a) {
-    return {a.x, a.y, a.z};
-}
-
-} // namespace
 
 void validate(TriangleMesh& mesh, const std::string& source) {
     if (mesh.triangles.empty())
         throw InputError(fmt::format("{}: no triangles: a mesh needs at least one face", source));
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-        if (!is_finite(widen(mesh.vertices[i])))
+        if (!is_finite(to_double(mesh.vertices[i])))
             throw InputError(fmt::format(
                 "{}: vertex {} is not finite in metres as a 32-bit number (at most 3.4e38)", source, i + 1));
     for (std::size_t i = 0; i < mesh.uvs.size(); ++i)
@@ -36,9 +29,10 @@ void validate(TriangleMesh& mesh, const std::string& source) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         const auto& t = mesh.triangles[i];
-        const Vec3 a = widen(mesh.vertices[t[0]]);
+        const Vec3 a = to_double(mesh.vertices[t[0]]);
         // A smaller area has no direction even in double precision.
-        if (length_squared(cross(widen(mesh.vertices[t[1]]) - a, widen(mesh.vertices[t[2]]) - a)) < 1e-280)
+        if (length_squared(cross(to_double(mesh.vertices[t[1]]) - a, to_double(mesh.vertices[t[2]]) - a)) <
+            1e-280)
             continue;
         if (!mesh.material_slots.empty()) mesh.material_slots[kept] = mesh.material_slots[i];
         mesh.triangles[kept++] = t;

@@ -15,6 +15,9 @@ namespace obscura::renderer {
 struct Vec3f {
     float x = 0, y = 0, z = 0;
 };
+[[nodiscard]] constexpr Vec3 to_double(Vec3f a) {
+    return {a.x, a.y, a.z};
+}
 
 /// Material of a mesh file.
 struct MeshMaterial {

@@ -14,9 +14,6 @@ namespace {
 /// Facets at a point that are compared pair by pair.
 constexpr std::size_t max_compared_facets = 256;
 
-Vec3 vector_of(Vec3f a) {
-    return {a.x, a.y, a.z};
-}
 Vec3f to_float(Vec3 a) {
     return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
@@ -28,7 +25,7 @@ struct FacetCorner {
 };
 
 FacetCorner facet_corner(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t, std::size_t k) {
-    const auto at = [&](std::size_t i) { return vector_of(mesh.vertices[t[i % 3]]); };
+    const auto at = [&](std::size_t i) { return to_double(mesh.vertices[t[i % 3]]); };
     const Vec3 a = normalized(at(k + 1) - at(k));
     const Vec3 b = normalized(at(k + 2) - at(k));
     return {normalized(cross(at(1) - at(0), at(2) - at(0))), std::atan2(length(cross(a, b)), dot(a, b))};
@@ -133,7 +130,7 @@ bool find_lacking(TriangleMesh& mesh, std::vector<char>& lacking) {
     lacking.assign(mesh.vertices.size(), 0);
     bool any = false;
     for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
-        const Vec3 n = vector_of(mesh.normals[i]);
+        const Vec3 n = to_double(mesh.normals[i]);
         const bool good = is_finite(n) && length_squared(n) > 0;
         mesh.normals[i] = good ? to_float(normalized(n)) : Vec3f{0, 0, 1}; // which no facet may use
         lacking[i] = good ? 0 : Splitter::lacks;

@@ -264,14 +264,10 @@ void smooth_surface(const Corners& c, const HitPacket& hits, SurfacePacket& out)
     }
 }
 
-Vec3 widen_box(Vec3f a) {
-    return {a.x, a.y, a.z};
-}
-
 /// Values at the corners of a triangle: `of` is the mesh's vertices or normals.
 TriangleCorners corners_of(const TriangleMesh& mesh, const std::vector<Vec3f>& of, std::size_t triangle) {
     const auto& t = mesh.triangles[triangle];
-    return {widen_box(of[t[0]]), widen_box(of[t[1]]), widen_box(of[t[2]])};
+    return {to_double(of[t[0]]), to_double(of[t[1]]), to_double(of[t[2]])};
 }
 
 std::vector<TriangleCorners> corners_of(const TriangleMesh& mesh) {
@@ -299,8 +295,8 @@ EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice("tessellation_cache_size=1")
 MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits)
     : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())) {
     for (const Vec3f& p : mesh_.vertices) {
-        bounding_radius_m_ = std::max(bounding_radius_m_, length(widen_box(p)));
-        hull_.include(widen_box(p));
+        bounding_radius_m_ = std::max(bounding_radius_m_, length(to_double(p)));
+        hull_.include(to_double(p));
     }
     bounding_radius_m_ *= 1 + 1e-6;
     // Embree reads vertices 16 bytes at a time: an element of padding keeps the last read inside. Release the
@@ -453,9 +449,9 @@ bool MeshShape::texture_coordinates(const HitPacket& hits, std::int32_t body,
         out.grad_v.set(i, {});
         if (hits.body[i] != body) continue;
         const auto& t = mesh_.triangles[hits.primitive[i]];
-        const Vec3 a = widen_box(mesh_.vertices[t[0]]);
-        const Vec3 ab = widen_box(mesh_.vertices[t[1]]) - a;
-        const Vec3 ac = widen_box(mesh_.vertices[t[2]]) - a;
+        const Vec3 a = to_double(mesh_.vertices[t[0]]);
+        const Vec3 ab = to_double(mesh_.vertices[t[1]]) - a;
+        const Vec3 ac = to_double(mesh_.vertices[t[2]]) - a;
         const auto uv = [&](std::size_t k, std::size_t axis) {
             return static_cast<double>(mesh_.uvs[t[k]][axis]);
         };

@@ -11,10 +11,6 @@
 namespace obscura::renderer {
 namespace {
 
-Vec3 widen_bounds(Vec3f a) {
-    return {a.x, a.y, a.z};
-}
-
 /// Gradient noise on the integer lattice, about -1..1, period none.
 /// Perlin, Improving Noise, SIGGRAPH 2002 (quintic fade), with hashed gradients instead of a table.
 class Noise {
@@ -211,7 +207,7 @@ TriangleMesh make_procedural_body(const ProceduralBodyParameters& d) {
     const Vec3 axes = d.axis_ratios * (d.mean_radius_m / mean);
 
     for (Vec3f& vertex : mesh.vertices) {
-        const Vec3 n = normalized(widen_bounds(vertex));
+        const Vec3 n = normalized(to_double(vertex));
         // The overall shape: two octaves of broad lumps, as of a rubble pile.
         double height =
             0.20 * lumps(1.1 * n + Vec3{7.3, 1.9, 4.1}) + 0.10 * lumps(2.3 * n + Vec3{1.7, 9.2, 2.8});
