@@ -2,6 +2,9 @@
 // Source of the difference between TAI and UTC on this machine.
 #pragma once
 
+#include "core/text/enum_names.hpp"
+
+#include <array>
 #include <cstdint>
 
 namespace obscura {
@@ -13,18 +16,9 @@ enum class TaiSource : std::uint8_t {
     list,    ///< leap second list, by the date
 };
 
-[[nodiscard]] constexpr const char* name_of(TaiSource source) noexcept {
-    switch (source) {
-    case TaiSource::kernel:
-        return "kernel";
-    case TaiSource::ptp:
-        return "ptp";
-    case TaiSource::list:
-        return "list";
-    case TaiSource::unknown:
-        break;
-    }
-    return "unknown";
+constexpr auto enum_names(TaiSource /*type*/) {
+    return std::array{EnumName{TaiSource::unknown, "unknown"}, EnumName{TaiSource::kernel, "kernel"},
+                      EnumName{TaiSource::ptp, "ptp"}, EnumName{TaiSource::list, "list"}};
 }
 
 /// Correction to add to CLOCK_TAI.

@@ -4,6 +4,8 @@
 #include "core/realtime/log.hpp"
 #include "core/time.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -32,6 +34,21 @@ TaiCorrection tai_correction(int kernel_tai_s, std::int64_t ptp_ns, const epheme
     return {std::prev(next)->tai_minus_utc_s * ns_per_s, TaiSource::list};
 }
 
+std::string tai_text(const TaiCorrection& correction, const ephemeris::LeapSeconds& list) {
+    switch (correction.source) {
+    case TaiSource::kernel:
+        return "by the kernel";
+    case TaiSource::ptp:
+        return "by PTP";
+    case TaiSource::list:
+        return fmt::format("UTC plus {} s by {}, as the kernel has no TAI offset", correction.ns / ns_per_s,
+                           list.source);
+    case TaiSource::unknown:
+        break;
+    }
+    return "not known: the kernel has no TAI offset, and the machine's clock is before the first leap second";
+}
+
 int kernel_tai_minus_utc_s() noexcept {
     timespec utc{}, tai{};
     clock_gettime(CLOCK_REALTIME, &utc);
@@ -47,14 +64,13 @@ TaiCorrection TaiReference::refresh(std::int64_t ptp_ns) {
     const TaiCorrection correction = tai_correction(kernel_tai_minus_utc_s(), ptp_ns, list_, utc_s);
     if (std::exchange(logged_, true) && correction.source == source_) return correction;
     source_ = correction.source;
+    const std::string text = tai_text(correction, list_);
     if (source_ == TaiSource::unknown)
-        log_warning(
-            "tai: not known: the kernel has no TAI offset, and the machine's clock is before the first leap second");
+        log_warning("tai: {}", text);
     else if (source_ == TaiSource::list)
-        log_notice("tai: UTC plus {} s by {}, as the kernel has no TAI offset", correction.ns / ns_per_s,
-                   list_.source);
+        log_notice("tai: {}", text);
     else
-        log_info("tai: by {}", source_ == TaiSource::kernel ? "the kernel" : "PTP");
+        log_info("tai: {}", text);
     return correction;
 }
 

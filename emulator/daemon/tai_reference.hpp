@@ -6,6 +6,7 @@
 #include "ephemeris/time/leap_seconds.hpp"
 
 #include <cstdint>
+#include <string>
 
 namespace obscura::emulator {
 
@@ -14,6 +15,9 @@ namespace obscura::emulator {
 /// `list` at `utc_s` (s since 1970), a time from its first step on.
 [[nodiscard]] TaiCorrection tai_correction(int kernel_tai_s, std::int64_t ptp_ns,
                                            const ephemeris::LeapSeconds& list, std::int64_t utc_s);
+
+/// What it comes from, as a phrase for people; `list` as above.
+[[nodiscard]] std::string tai_text(const TaiCorrection& correction, const ephemeris::LeapSeconds& list);
 
 /// CLOCK_TAI minus CLOCK_REALTIME in s, as adjtimex() tells it, too; 0: the kernel does not know it.
 /// Thread-safe.

@@ -182,13 +182,9 @@ void try_tai(Trials& trials) {
         const ephemeris::LeapSeconds list = ephemeris::system_leap_seconds();
         const int kernel_s = emulator::kernel_tai_minus_utc_s();
         const TaiCorrection tai = emulator::tai_correction(kernel_s, 0, list, std::time(nullptr));
-        if (tai.source == TaiSource::unknown)
-            throw HardwareError(
-                "not known: the kernel has no TAI offset, and the machine's clock is before the first leap second; set the clock");
-        return tai.source == TaiSource::kernel
-                   ? fmt::format("UTC plus {} s by the kernel", kernel_s)
-                   : fmt::format("UTC plus {} s by {}, as the kernel has no TAI offset", tai.ns / ns_per_s,
-                                 list.source);
+        const std::string text = emulator::tai_text(tai, list);
+        if (tai.source == TaiSource::unknown) throw HardwareError(text + "; set the clock");
+        return tai.source == TaiSource::kernel ? fmt::format("UTC plus {} s {}", kernel_s, text) : text;
     });
 }
 
