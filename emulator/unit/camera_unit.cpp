@@ -212,7 +212,7 @@ void CameraUnit::report_pose_ages() {
         if (std::find(reported_ages_.begin(), reported_ages_.end(), aged.key) != reported_ages_.end())
             continue;
         reported_ages_.push_back(aged.key);
-        log_warning("scene time: {}", aged.text);
+        log_warning("scene time: {}", aged.text());
     }
     pose_age_s_.store(largest_s, std::memory_order_relaxed);
 }

@@ -26,30 +26,31 @@ scene::PoseAges file_ages(const scene::Motion& motion, double time_s) noexcept {
     return {age_s, age_s};
 }
 
+std::string AgedPoses::text() const {
+    double first_s = motion->samples.front().time_s, last_s = motion->samples.back().time_s;
+    if (motion->path) {
+        const std::vector<double> times = motion->path->times_s();
+        first_s = times.empty() ? time_s : times.front();
+        last_s = times.empty() ? time_s : times.back();
+    }
+    // In a gap, or where only the other of the two is known, the ends say nothing.
+    const std::string span =
+        first_s <= time_s && time_s <= last_s ? "" : fmt::format(" ({:.6g} s to {:.6g} s)", first_s, last_s);
+    return fmt::format("the {} are known for other times{}: at scene time {:.6g} s they are {:.4g} s away, "
+                       "and it is held or extrapolated",
+                       key, span, time_s, age_s);
+}
+
 std::vector<AgedPoses> aged_poses(const scene::Scene& scene, double time_s) {
     std::vector<AgedPoses> all;
     const auto add = [&](const std::string& name, const scene::Motion& motion) {
         const scene::PoseAges ages = file_ages(motion, time_s);
         const bool position = ages.position_s > 0, attitude = ages.attitude_s > 0 && !motion.aim;
         if (!position && !attitude) return;
-        double first_s = motion.samples.front().time_s, last_s = motion.samples.back().time_s;
-        if (motion.path) {
-            const std::vector<double> times = motion.path->times_s();
-            first_s = times.empty() ? time_s : times.front();
-            last_s = times.empty() ? time_s : times.back();
-        }
-        // In a gap, or where only the other of the two is known, the ends say nothing.
-        const std::string span = first_s <= time_s && time_s <= last_s
-                                     ? ""
-                                     : fmt::format(" ({:.6g} s to {:.6g} s)", first_s, last_s);
         const char* const what = !attitude ? "positions" : !position ? "attitudes" : "poses";
-        const double age_s = std::max(position ? ages.position_s : 0.0, attitude ? ages.attitude_s : 0.0);
-        all.push_back(
-            {fmt::format("{} of {}", what, name),
-             fmt::format("the {} of {} are known for other times{}: at scene time {:.6g} s they are "
-                         "{:.4g} s away, and it is held or extrapolated",
-                         what, name, span, time_s, age_s),
-             age_s});
+        all.push_back({fmt::format("{} of {}", what, name),
+                       std::max(position ? ages.position_s : 0.0, attitude ? ages.attitude_s : 0.0), time_s,
+                       &motion});
     };
     add("the camera", scene.camera.motion);
     for (const scene::Body& body : scene.bodies)

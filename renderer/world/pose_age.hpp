@@ -19,11 +19,15 @@ namespace obscura::renderer {
 [[nodiscard]] scene::PoseAges file_ages(const scene::Motion& motion, double time_s) noexcept;
 /// Camera, body or lamp whose positions or attitudes from files are not known for an instant.
 struct AgedPoses {
-    std::string key;  ///< names it and what is not known
-    std::string text; ///< one line for people, without a full stop
+    std::string key; ///< names it and what is not known: "poses of the camera"
     double age_s = 0;
+    double time_s = 0;
+    const scene::Motion* motion = nullptr; ///< of the scene
+
+    /// One line for people, without a full stop.
+    [[nodiscard]] std::string text() const;
 };
-/// All such things of a scene at `time_s`. An aim stands for the attitudes of its file.
+/// All such things of `scene`, which outlives them, at `time_s`. An aim stands for the attitudes of its file.
 [[nodiscard]] std::vector<AgedPoses> aged_poses(const scene::Scene& scene, double time_s);
 /// As camera_pose_age_s(), of a body.
 [[nodiscard]] double body_pose_age_s(std::span<const BuiltBody> bodies, std::size_t index,

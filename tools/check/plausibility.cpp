@@ -138,7 +138,7 @@ void Plausibility::judge_date(const scene::Scene& scene) {
 
 void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
     for (const renderer::AgedPoses& aged : renderer::aged_poses(scene, at_s))
-        add("pose_age", aged.text + ". Check the scene's epoch and daemon.scene_start_s");
+        add("pose_age", aged.text() + ". Check the scene's epoch and daemon.scene_start_s");
 }
 
 void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views) {

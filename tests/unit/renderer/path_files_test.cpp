@@ -109,7 +109,7 @@ TEST_CASE("messages and tables go together, and one of them may be constant") {
     CHECK(renderer::camera_pose_age_s(held, {}, -3) == 3);
     REQUIRE(renderer::aged_poses(held, 12).size() == 1);
     CHECK(
-        renderer::aged_poses(held, 12)[0].text ==
+        renderer::aged_poses(held, 12)[0].text() ==
         "the poses of the camera are known for other times (0 s to 10 s): at scene time 12 s they are 2 s away, "
         "and it is held or extrapolated");
     CHECK(renderer::aged_poses(held, 5).empty());
