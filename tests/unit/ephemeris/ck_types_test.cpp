@@ -2,11 +2,13 @@
 // CK types 1 to 6 made by the test, against a turn at a constant rate.
 #include "ephemeris/kernels/ephemeris.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/clock_kernel.hpp"
 #include "tests/support/daf_writer.hpp"
 #include "tests/support/temp_folder.hpp"
 
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 namespace ck_types_test {
@@ -24,22 +26,7 @@ constexpr double ticks_per_s = 100;
 const Vec3 axis = normalized(Vec3{1, -2, 2});
 
 /// Clock of 100 ticks a second from J2000.
-constexpr const char* clock_kernel = R"(KPL/SCLK
-\begindata
-SCLK_DATA_TYPE_77       = 1
-SCLK01_TIME_SYSTEM_77   = 1
-SCLK01_N_FIELDS_77      = 2
-SCLK01_MODULI_77        = ( 1000000 100 )
-SCLK01_OFFSETS_77       = ( 0 0 )
-SCLK01_COEFFICIENTS_77  = ( 0 0. 1. )
-FRAME_CRAFT             = -77001
-FRAME_-77001_NAME       = 'CRAFT'
-FRAME_-77001_CLASS      = 3
-FRAME_-77001_CLASS_ID   = -77001
-FRAME_-77001_CENTER     = -77
-CK_-77001_SCLK          = -77
-\begintext
-)";
+constexpr std::string_view steady_clock = "0 0. 1.";
 
 /// Rotation of the instrument's axes at `t`.
 Quat turn(double t) {
@@ -66,7 +53,7 @@ Ephemeris load(const test::TempFolder& folder, std::int32_t type, double begin_s
                std::int32_t rates = 0) {
     const test::DafSegment segment{
         "ATTITUDE", {begin_s * ticks_per_s, end_s * ticks_per_s}, {-77001, 1, type, rates}, std::move(words)};
-    return Ephemeris({folder.write("clock.tsc", clock_kernel),
+    return Ephemeris({folder.write("clock.tsc", test::clock_kernel(steady_clock)),
                       folder.write("a.bc", test::daf_bytes("CK", {segment}, type % 2 == 0))});
 }
 
@@ -233,7 +220,7 @@ TEST_CASE("A CK segment that cannot be used is refused at its times only") {
     append(words, Words{0, 10000, 0, 1, 2});
     const test::DafSegment good{"GOOD", {0, 10000}, {-77001, 1, 3, 0}, words};
     const test::DafSegment odd{"ODD", {20000, 30000}, {-77001, 1, 9, 0}, words};
-    const Ephemeris kernels({folder.write("clock.tsc", clock_kernel),
+    const Ephemeris kernels({folder.write("clock.tsc", test::clock_kernel(steady_clock)),
                              folder.write("a.bc", test::daf_bytes("CK", {good, odd}, false))});
     CHECK(covered(kernels, 50));
     CHECK_THROWS_WITH(kernels.orientation("CRAFT", {250, 0}),

@@ -3,12 +3,14 @@
 #include "core/error.hpp"
 #include "ephemeris/kernels/ephemeris.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/clock_kernel.hpp"
 #include "tests/support/daf_writer.hpp"
 #include "tests/support/temp_folder.hpp"
 
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 namespace frames_test {
 
@@ -62,23 +64,7 @@ test::DafSegment ck_segment(const std::vector<std::pair<double, double>>& sample
 }
 
 /// Clock of 100 ticks a second that starts at J2000 and is 1 % fast after 1000 s.
-constexpr const char* clock_kernel = R"(KPL/SCLK
-\begindata
-SCLK_DATA_TYPE_77       = ( 1 )
-SCLK01_TIME_SYSTEM_77   = ( 1 )
-SCLK01_N_FIELDS_77      = ( 2 )
-SCLK01_MODULI_77        = ( 1000000 100 )
-SCLK01_OFFSETS_77       = ( 0 0 )
-SCLK01_COEFFICIENTS_77  = ( 0 0. 1.D0
-                            100000 1000. 0.99 )
-FRAME_CRAFT             = -77001
-FRAME_-77001_NAME       = 'CRAFT'
-FRAME_-77001_CLASS      = 3
-FRAME_-77001_CLASS_ID   = -77001
-FRAME_-77001_CENTER     = -77
-CK_-77001_SCLK          = -77
-\begintext
-)";
+constexpr std::string_view changing_clock = "0 0. 1.D0\n 100000 1000. 0.99";
 
 } // namespace
 
@@ -223,7 +209,7 @@ TKFRAME_1000006_MATRIX = ( 1 1 0  0 1 0  0 0 1 )
 
 TEST_CASE("Attitudes of a CK are interpolated at the spacecraft's clock, within intervals") {
     const test::TempFolder folder;
-    const auto clock = folder.write("clock.tsc", clock_kernel);
+    const auto clock = folder.write("clock.tsc", test::clock_kernel(changing_clock));
     for (const bool big : {false, true}) {
         // A gap between 20000 and 40000 ticks.
         const auto ck = folder.write(

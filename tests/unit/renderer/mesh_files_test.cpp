@@ -11,6 +11,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/mesh_texts.hpp"
+#include "tests/support/mesh_volume.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tests/support/wavy_mesh.hpp"
 
@@ -52,18 +53,6 @@ std::string gltf() {
 }
 std::string studio() {
     return studio_bytes(tetrahedron);
-}
-
-double volume(const TriangleMesh& mesh) {
-    double six = 0;
-    for (const auto& t : mesh.triangles) {
-        const auto at = [&](std::size_t k) {
-            const Vec3f p = mesh.vertices[t[k]];
-            return Vec3{p.x, p.y, p.z};
-        };
-        six += dot(at(0), cross(at(1), at(2)));
-    }
-    return six / 6;
 }
 
 Vec3 extent(const TriangleMesh& mesh) {
@@ -108,7 +97,7 @@ TEST_CASE("Every mesh format gives the same body, in the file's own axes") {
             INFO(name << (smooth ? " smooth" : " flat"));
             const TriangleMesh mesh = read_mesh_file({folder.write(name, bytes).string(), 10, smooth});
             CHECK(mesh.triangles.size() == 4);
-            CHECK_THAT(volume(mesh), WithinRel(1e3, 1e-5));
+            CHECK_THAT(test::volume_m3(mesh), WithinRel(1e3, 1e-5));
             const Vec3 most = extent(mesh);
             CHECK_THAT(most.x, WithinRel(10, 1e-5));
             CHECK_THAT(most.y, WithinRel(20, 1e-5));
@@ -127,8 +116,9 @@ TEST_CASE("Every mesh format gives the same body, in the file's own axes") {
             }
         }
     // Collada says how long its unit is.
-    CHECK_THAT(volume(read_mesh_file({folder.write("cm.dae", collada("Z_UP", 0.01)).string(), 1, true})),
-               WithinRel(1e-6, 1e-4));
+    CHECK_THAT(
+        test::volume_m3(read_mesh_file({folder.write("cm.dae", collada("Z_UP", 0.01)).string(), 1, true})),
+        WithinRel(1e-6, 1e-4));
 }
 
 TEST_CASE("Texture coordinates and normals of a file are kept; v counts down") {

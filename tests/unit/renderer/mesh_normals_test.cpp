@@ -6,6 +6,7 @@
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mesh_texts.hpp"
+#include "tests/support/mesh_volume.hpp"
 #include "tests/support/temp_folder.hpp"
 
 #include <chrono>
@@ -104,16 +105,7 @@ std::vector<float> picture(const std::string& file, bool smooth) {
 }
 
 double volume_of(const std::string& file) {
-    const TriangleMesh mesh = read_mesh_file({file, 1, true});
-    double six = 0;
-    for (const auto& t : mesh.triangles) {
-        const auto at = [&](std::size_t k) {
-            const Vec3f p = mesh.vertices[t[k]];
-            return Vec3{p.x, p.y, p.z};
-        };
-        six += dot(at(0), cross(at(1), at(2)));
-    }
-    return six / 6;
+    return test::volume_m3(read_mesh_file({file, 1, true}));
 }
 
 } // namespace

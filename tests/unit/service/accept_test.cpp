@@ -98,7 +98,7 @@ bool is_there(test::NativeClient& client) {
 
 } // namespace
 
-TEST_CASE("clients that watch may do no more, whoever they are", "[service]") {
+TEST_CASE("a socket for viewing gives no other permission, not even to the daemon's own user", "[service]") {
     const WatchedBench bench(2, {});
     test::NativeClient watching(bench.watched()), owner(bench.path());
     CHECK(code_of(watching, "watch").empty());
