@@ -169,6 +169,9 @@ CatalogueStar StarFile::star(std::uint32_t number) const noexcept {
     if (const std::uint32_t type = get<std::uint16_t>(at + record::type); type > 0) {
         star.type_number = std::min((type - 1) % luminosity_step, max_type_hundredths) * 0.01;
         star.luminosity = static_cast<Luminosity>(std::min((type - 1) / luminosity_step, 3U));
+    } else {
+        star.luminosity = static_cast<Luminosity>(
+            std::min<std::uint32_t>(get<std::uint8_t>(at + record::untyped_class), 3));
     }
     star.ids = static_cast<StarIds>(std::min<std::uint32_t>(get<std::uint8_t>(at + record::face) >> 4U,
                                                             enum_names(StarIds{}).size() - 1));

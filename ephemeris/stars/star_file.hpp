@@ -34,7 +34,7 @@
 //       32 u16    spectral type: 0: not known, else 1 + hundredths of CatalogueStar::type_number (at most
 //                 6.99) + 1000 times the luminosity class
 //       34 u8     bits 0..2: face; bits 4..7: kind of the identifier
-//       35 u8     0
+//       35 u8     luminosity class of a star whose spectral type is not known (else 0)
 //
 // Directions are within 0.07 mas of those that were written.
 #pragma once

@@ -26,7 +26,7 @@ inline constexpr std::size_t version = 8, header_bytes = 12, record_bytes = 16, 
 /// Offsets in a record.
 namespace record {
 inline constexpr std::size_t u = 0, v = 4, motion_ra = 8, motion_dec = 12, parallax = 16, id = 20,
-                             magnitude = 28, colour = 30, type = 32, face = 34;
+                             magnitude = 28, colour = 30, type = 32, face = 34, untyped_class = 35;
 }
 
 /// Integer of `Integer`'s size at `at`, little endian.

@@ -60,7 +60,9 @@ void put_record(const CatalogueStar& star, const FacePoint& at, std::byte* out) 
     put(out + record::colour,
         std::isnan(star.colour_b_v) ? unknown_colour : scaled<std::int16_t>(star.colour_b_v));
     std::uint32_t type = 0;
-    if (!std::isnan(star.type_number))
+    if (std::isnan(star.type_number))
+        put(out + record::untyped_class, static_cast<std::uint8_t>(star.luminosity));
+    else
         type = 1 +
                std::min(static_cast<std::uint32_t>(std::lround(std::max(0.0, star.type_number) * 100)),
                         max_type_hundredths) +

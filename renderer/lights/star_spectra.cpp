@@ -122,6 +122,10 @@ const Sequence& by_number(Luminosity luminosity) {
     return sequences[static_cast<std::size_t>(luminosity)];
 }
 
+bool has_number(const scene::Star& star) {
+    return star.type && !std::isnan(star.type->number);
+}
+
 /// Planck's law up to a constant factor.
 double black_body(double wavelength_m, double temperature_k) {
     constexpr double c2_m_k = 1.438776877e-2; // second radiation constant, CODATA 2018
@@ -171,11 +175,13 @@ double colour_temperature_k(double colour_b_v) {
 
 double star_colour(const scene::Star& star) {
     if (star.colour_b_v) return *star.colour_b_v;
-    return star.type ? by_number(star.type->luminosity).colour_at(star.type->number) : sun_b_v;
+    return has_number(star) ? by_number(star.type->luminosity).colour_at(star.type->number) : sun_b_v;
 }
 
 StarMix star_mix(const scene::Star& star) {
-    if (!star.type) return by_colour(Luminosity::unknown).at(star.colour_b_v.value_or(sun_b_v));
+    if (!has_number(star))
+        return by_colour(star.type ? star.type->luminosity : Luminosity::unknown)
+            .at(star.colour_b_v.value_or(sun_b_v));
     if (!star.colour_b_v || star.type->number >= first_m_type)
         return by_number(star.type->luminosity).at(star.type->number);
     return by_colour(star.type->luminosity).at(*star.colour_b_v);

@@ -232,7 +232,9 @@ struct SpectralType {
         giant,      ///< II and III
         supergiant, ///< I
     };
-    double number = 0; ///< O, B, A, F, G, K, M are 0 to 6, the subclass is a tenth: G2 is 4.2
+    /// O, B, A, F, G, K, M are 0 to 6, the subclass is a tenth: G2 is 4.2; NaN: only the luminosity class is
+    /// known.
+    double number = 0;
     Luminosity luminosity = Luminosity::unknown;
 };
 

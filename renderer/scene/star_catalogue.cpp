@@ -3,6 +3,7 @@
 
 #include "config/csv.hpp"
 #include "core/units.hpp"
+#include "ephemeris/stars/luminosity_class.hpp"
 #include "ephemeris/stars/star_file.hpp"
 
 #include <fmt/format.h>
@@ -15,12 +16,13 @@
 namespace obscura::scene {
 namespace {
 
-constexpr std::array<config::CsvColumn, 5> star_columns{{
+constexpr std::array<config::CsvColumn, 6> star_columns{{
     {"ra_deg"},
     {"dec_deg"},
     {"v_mag"},
     {.name = "b_v", .optional = true},
     {.name = "spectral_type", .optional = true, .text = true},
+    {.name = "parallax_mas", .optional = true},
 }};
 
 SpectralType::Luminosity luminosity_of(std::string_view text) {
@@ -64,6 +66,25 @@ std::optional<SpectralType> parse_spectral_type(std::string_view text) {
     return SpectralType{static_cast<double>(letter) + subclass / 10, luminosity_of(text.substr(1))};
 }
 
+namespace {
+
+/// Type of a row of `star_columns`; the luminosity class by the parallax if the text has none.
+std::optional<SpectralType> type_of_row(const config::CsvRow& row) {
+    std::optional<SpectralType> type = parse_spectral_type(row.cells[4]);
+    if (type && type->luminosity != SpectralType::Luminosity::unknown) return type;
+    ephemeris::CatalogueStar star;
+    star.magnitude_v = row.values[2];
+    star.colour_b_v = row.values[3];
+    star.parallax_mas = row.values[5];
+    if (type) star.type_number = type->number;
+    const ephemeris::Luminosity luminosity = ephemeris::luminosity_from_parallax(star);
+    if (luminosity != ephemeris::Luminosity::unknown)
+        type = SpectralType{star.type_number, luminosity_of(luminosity)};
+    return type;
+}
+
+} // namespace
+
 std::vector<scene::Star> read_stars(const std::filesystem::path& file, double limiting_magnitude) {
     std::vector<scene::Star> stars;
     config::read_csv(file, star_columns, [&](const config::CsvRow& row) {
@@ -77,10 +98,11 @@ std::vector<scene::Star> read_stars(const std::filesystem::path& file, double li
         check(1, -90, 90);
         check(2, -30, 40);
         check(3, -5, 20);
+        check(5, 0, 1000);
         if (v[2] > limiting_magnitude) return;
         Star star{v[0] * degree, v[1] * degree, v[2]};
         if (!std::isnan(v[3])) star.colour_b_v = v[3];
-        star.type = parse_spectral_type(row.cells[4]);
+        star.type = type_of_row(row);
         stars.push_back(star);
     });
     return stars;
@@ -112,7 +134,7 @@ Star photometric_star(const ephemeris::CatalogueStar& from, StarSpectrum spectru
     Star star;
     star.magnitude_v = from.magnitude_v;
     if (!std::isnan(from.colour_b_v)) star.colour_b_v = from.colour_b_v;
-    if (!std::isnan(from.type_number))
+    if (!std::isnan(from.type_number) || from.luminosity != ephemeris::Luminosity::unknown)
         star.type = SpectralType{from.type_number, luminosity_of(from.luminosity)};
     star.spectrum = spectrum;
     return star;

@@ -20,7 +20,8 @@ namespace obscura::scene {
 [[nodiscard]] std::optional<SpectralType> parse_spectral_type(std::string_view text);
 
 /// Stars of `file` not fainter than `limiting_magnitude`. Columns: ra_deg and dec_deg (J2000), Johnson v_mag;
-/// then, if the catalogue has them, b_v and spectral_type. Throws ConfigError.
+/// then, if the catalogue has them, b_v, spectral_type and parallax_mas, which gives the luminosity class of
+/// a type without one and is not applied to the place. Throws ConfigError.
 [[nodiscard]] std::vector<scene::Star> read_stars(const std::filesystem::path& file,
                                                   double limiting_magnitude);
 

@@ -72,7 +72,7 @@ config::Section stars_section(Scene& scene, const std::shared_ptr<StarTable>& ta
     section.keys = {
         config::key("catalogue", config::Path{&read->catalogue, false})
             .help(
-                "Star catalogue: file made by `obscura import stars`, CSV table ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000), or the name of a shipped one (\"bright\")"),
+                "Star catalogue: file made by `obscura import stars`, CSV table ra_deg,dec_deg,v_mag[,b_v][,spectral_type][,parallax_mas] (J2000), or the name of a shipped one (\"bright\")"),
         config::key("limiting_magnitude", &read->limiting_magnitude)
             .unit("mag")
             .range(-30, 40)

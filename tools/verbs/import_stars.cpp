@@ -30,6 +30,7 @@ public:
             "Layouts: csv (heading ra_deg,dec_deg,v_mag,b_v,spectral_type, or an extract of Gaia's archive with ra, dec, pmra, pmdec, parallax, phot_g_mean_mag, bp_rp), hipparcos (hip_main.dat), tycho2 (catalog.dat), kstars (stars.dat), kstars-binary (namedstars.dat, unnamedstars.dat, deepstars.dat), map (a count, then x y z e0 e1 e2 e3 in W/m2), astrometry-index (index files of astrometry.net made from Tycho-2: positions and VT). "
             "Text may be compressed by gzip. "
             "Positions are brought to J2000.0 and magnitudes to Johnson's V and B-V. "
+            "A star whose spectral type has no luminosity class gets that of its absolute magnitude, where its parallax is at least 5 standard deviations (1 mas each where the catalogue gives none). "
             "A row without position or magnitude, or with a number that is not possible, is reported and left out.";
         line.positional("FILE", &files_, "Catalogues to read, the best first");
         line.option("-o,--output", &output_, "FILE", "Star catalogue file to write").required = true;
@@ -92,6 +93,8 @@ public:
             report_.add(key + "known", label + ", of these known before", static_cast<std::int64_t>(known));
             report_.add(key + "too_faint", label + ", fainter than the limit",
                         static_cast<std::int64_t>(sink.too_faint));
+            report_.add(key + "classes_from_parallax", label + ", luminosity classes from parallaxes",
+                        static_cast<std::int64_t>(sink.classes_from_parallax));
             report_.add(key + "refused", label + ", rows refused", static_cast<std::int64_t>(bad));
         }
         if (stars.empty()) throw InputError(fmt::format("{}: no stars in it", fmt::join(files_, ", ")));

@@ -310,6 +310,20 @@ TEST_CASE("A catalogue may lack B-V and spectral types") {
     CHECK_THAT(both[0].type->number, WithinAbs(6.5, 1e-12));
     CHECK(!both[0].colour_b_v);
     CHECK(both.at(1).colour_b_v == 1.5);
+    // A parallax gives the class: eps Ind (K5V, B-V 1.06) and Arcturus (K1.5III, 1.24); a text has
+    // precedence.
+    using enum scene::SpectralType::Luminosity;
+    const auto classed = read("ra_deg,dec_deg,v_mag,b_v,spectral_type,parallax_mas\n1,2,4.69,1.06,K5,275.8\n"
+                              "1,2,-0.05,1.24,K2,88.8\n1,2,4.69,1.06,,275.8\n1,2,4.69,1.06,K5III,275.8\n"
+                              "1,2,4.69,1.06,K5,\n");
+    CHECK(classed.at(0).type->luminosity == dwarf);
+    CHECK(classed.at(1).type->luminosity == giant);
+    CHECK(classed.at(2).type->luminosity == dwarf);
+    CHECK(classed.at(3).type->luminosity == giant);
+    CHECK(classed.at(4).type->luminosity == unknown);
+    // With B-V the spectrum of the class, whether the subclass is known or not.
+    CHECK(star_mix(classed[0]).first == star_mix(classed[2]).first);
+    CHECK(star_mix(classed[0]).first != star_mix(classed[4]).first);
     CHECK_THROWS_AS(read("ra_deg,dec_deg,v_mag,spectral_type,b_v\n1,2,3,K,0\n"), ConfigError);
     CHECK_THROWS_AS(read("ra_deg,dec_deg,b_v\n1,2,3\n"), ConfigError);
     CHECK_THROWS_AS(read("ra_deg,dec_deg,v_mag,b_v\n1,2,3,red\n"), ConfigError);

@@ -2,6 +2,7 @@
 // Readers of star catalogues: each layout, bad rows, merging, and Hipparcos against kstars where the data
 // are.
 #include "core/error.hpp"
+#include "ephemeris/stars/luminosity_class.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -28,6 +29,7 @@ struct Read {
     std::vector<std::string> reports;
     std::map<std::string, std::uint64_t, std::less<>> refused;
     StarFormat format{};
+    std::uint64_t classes_from_parallax = 0;
 };
 
 Read read_file(const std::filesystem::path& file, const StarImportSettings& settings = {}) {
@@ -37,6 +39,7 @@ Read read_file(const std::filesystem::path& file, const StarImportSettings& sett
     read.format = read_stars(file, settings, sink, [](double) {});
     read.stars = sink.stars;
     read.refused = sink.refused;
+    read.classes_from_parallax = sink.classes_from_parallax;
     return read;
 }
 
@@ -229,6 +232,119 @@ TEST_CASE("stars that an earlier catalogue has are not added again", "[stars]") 
                                                     star(20, 0, 6)});
     CHECK(known == 1);
     CHECK(stars.size() == 5);
+}
+
+TEST_CASE("a parallax gives the luminosity class that a type lacks", "[stars]") {
+    using enum ephemeris::Luminosity;
+    const auto found = [](double type, double b_v, double v, double parallax_mas,
+                          double error_mas = ephemeris::CatalogueStar::unknown) {
+        ephemeris::CatalogueStar star;
+        star.type_number = type;
+        star.colour_b_v = b_v;
+        star.magnitude_v = v;
+        star.parallax_mas = parallax_mas;
+        return luminosity_from_parallax(star, error_mas);
+    };
+    constexpr double none = ephemeris::CatalogueStar::unknown;
+    // The Sun and K0III, M_V 4.83 and 0.7, at 10 pc and 50 pc, by the type and by B-V.
+    CHECK(found(4.2, none, 4.83, 100) == dwarf);
+    CHECK(found(none, 0.65, 8.32, 20) == dwarf);
+    CHECK(found(5.0, none, 0.7, 100) == giant);
+    CHECK(found(none, 1.0, 4.19, 20) == giant);
+    // Canopus: A9II by spectrum, M_V -5.5 at 10.55 mas (van Leeuwen 2007).
+    CHECK(found(3.0, 0.16, -0.62, 10.55) == supergiant);
+    // Too small for its error, negative, zero; no type and no colour.
+    CHECK(found(5.0, none, 8, 4.9) == unknown);
+    CHECK(found(5.0, none, 8, 20, 4.1) == unknown);
+    CHECK(found(5.0, none, 8, 20, 3.9) == dwarf);
+    CHECK(found(5.0, none, 8, 0, 0) == unknown);
+    CHECK(found(5.0, none, 8, -20, 1) == unknown);
+    CHECK(found(none, none, 4, 100) == unknown);
+}
+
+TEST_CASE("readers take luminosity classes from parallaxes with the errors of the catalogue", "[stars]") {
+    using enum ephemeris::Luminosity;
+    // Barnard's star, M4V; Gaia's red clump and a parallax that is not significant.
+    const Read gaia = read_text("source_id,ra,dec,parallax,parallax_error,pmra,pmdec,phot_g_mean_mag,bp_rp\n"
+                                "1,269.4485,4.7394,546.98,0.04,0,0,8.19,2.83\n"
+                                "2,10,20,2,0.02,0,0,9.3,1.2\n"
+                                "3,20,20,2,0.5,0,0,9.3,1.2\n");
+    REQUIRE(gaia.stars.size() == 3);
+    CHECK(gaia.stars[0].luminosity == dwarf);
+    CHECK(gaia.stars[1].luminosity == giant); // M_V 1
+    CHECK(gaia.stars[2].luminosity == unknown);
+    CHECK(gaia.classes_from_parallax == 2);
+    // kstars: K? of V >= 8 have Tycho's parallaxes.
+    const Read kstars = read_text("010000.00 +200000.0 +000000.0+000000.000040.0 08.6001.10K? 0\n"
+                                  "020000.00 +200000.0 +000000.0+000000.000060.0 08.6001.10K? 0\n"
+                                  "030000.00 +200000.0 +000000.0+000000.000040.0 07.6001.10K5 0\n");
+    REQUIRE(kstars.stars.size() == 3);
+    CHECK(kstars.stars[0].luminosity == unknown);
+    CHECK(kstars.stars[1].luminosity == dwarf);
+    CHECK(kstars.stars[2].luminosity == dwarf);
+}
+
+TEST_CASE("stars of kstars have the luminosity class of their published spectra", "[stars]") {
+    using enum ephemeris::Luminosity;
+    const auto kstars = test::data_file("stars/kstars_stars.dat.gz");
+    if (!kstars) return;
+    const Read read = read_file(*kstars);
+    // Types: Bright Star Catalogue, 5th ed.; places in kstars.
+    struct Known {
+        const char* name;
+        double ra_deg, dec_deg;
+        ephemeris::Luminosity luminosity;
+    };
+    for (const auto& [name, ra_deg, dec_deg, luminosity] :
+         std::initializer_list<Known>{{"tau Cet, G8V", 26.01704, -15.93747, dwarf},
+                                      {"eps Eri, K2V", 53.23267, -9.45825, dwarf},
+                                      {"sig Dra, K0V", 293.08996, 69.66117, dwarf},
+                                      {"eps Ind, K5V", 330.84025, -56.78597, dwarf},
+                                      {"omi2 Eri, K1V", 63.81800, -7.65286, dwarf},
+                                      {"alp1 Cen, G2V", 219.90208, -60.83397, dwarf},
+                                      {"Groombridge 1618, K7V", 152.84225, 49.45425, dwarf},
+                                      {"Arcturus, K1III", 213.91529, 19.18242, giant},
+                                      {"Aldebaran, K5III", 68.98017, 16.50928, giant},
+                                      {"Pollux, K0III", 116.32896, 28.02619, giant},
+                                      {"Hamal, K2III", 31.79338, 23.46242, giant},
+                                      {"Menkent, K0III", 211.67058, -36.36994, giant},
+                                      {"Gacrux, M4III", 187.79154, -57.11319, giant},
+                                      {"eps Vir, G8III", 195.54417, 10.95917, giant},
+                                      {"Betelgeuse, M1-2Ia-Iab", 88.79296, 7.40706, supergiant},
+                                      {"Antares, M1.5Iab-b", 247.35192, -26.43200, supergiant}}) {
+        const auto nearest =
+            std::min_element(read.stars.begin(), read.stars.end(), [&](const auto& a, const auto& b) {
+                return distance_as(a, ra_deg, dec_deg) < distance_as(b, ra_deg, dec_deg);
+            });
+        INFO(name << ", V " << nearest->magnitude_v);
+        CHECK(distance_as(*nearest, ra_deg, dec_deg) < 2);
+        CHECK(nearest->luminosity == luminosity);
+    }
+    CAPTURE(read.classes_from_parallax);
+    CHECK(read.classes_from_parallax > 20'000);
+}
+
+TEST_CASE("parallaxes give the classes of Hipparcos' spectral types from G5 on", "[stars]") {
+    const auto hipparcos = test::data_file("stars/hip_main_v7.dat.gz");
+    if (!hipparcos) return;
+    // Types V and III as published, against M_V alone. The errors of parallax are the reader's; here 1 mas.
+    for (const bool by_type : {true, false}) {
+        std::size_t dwarfs = 0, right_dwarfs = 0, giants = 0, right_giants = 0;
+        for (ephemeris::CatalogueStar star : read_file(*hipparcos).stars) {
+            if (!(star.type_number >= 4.45) || star.parallax_mas < 5 || std::isnan(star.colour_b_v)) continue;
+            const auto published = star.luminosity;
+            if (!by_type) star.type_number = ephemeris::CatalogueStar::unknown;
+            const bool right = luminosity_from_parallax(star) == published;
+            if (published == ephemeris::Luminosity::dwarf) ++dwarfs, right_dwarfs += right ? 1 : 0;
+            if (published == ephemeris::Luminosity::giant) ++giants, right_giants += right ? 1 : 0;
+        }
+        CAPTURE(by_type, dwarfs, right_dwarfs, giants, right_giants);
+        CHECK(giants > 2000);
+        CHECK(static_cast<double>(right_giants) > 0.99 * static_cast<double>(giants));
+        // Subgiants (IV) count as dwarfs, which half of them are nearer to.
+        CHECK(dwarfs > 200);
+        CHECK(static_cast<double>(right_dwarfs) > 0.5 * static_cast<double>(dwarfs));
+    }
 }
 
 TEST_CASE("Hipparcos and kstars agree on the stars of both", "[stars]") {

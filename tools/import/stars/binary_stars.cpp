@@ -237,13 +237,14 @@ void read_kstars_binary(const std::filesystem::path& file, StarSink& sink) {
             star.magnitude_v = v;
             star.colour_b_v = table.value(i, "B") - v;
         }
-        set_type(table.text(i, "spec_type"), star);
+        const std::string_view type = table.text(i, "spec_type");
+        set_type(type, star);
         star.id = i + 1;
         if (const double hd = table.value(i, "HD"); hd > 0) {
             star.ids = ephemeris::StarIds::henry_draper;
             star.id = static_cast<std::uint64_t>(std::llround(hd));
         }
-        sink.take(checked(star), i + 1);
+        sink.take(checked(star, kstars_parallax_error_mas(type)), i + 1);
     }
 }
 

@@ -122,10 +122,12 @@ void StarSink::take(const StarRow& row, std::uint64_t place) {
     case StarRow::Kind::skipped:
         return;
     case StarRow::Kind::star:
-        if (row.star.magnitude_v > limiting_v_)
+        if (row.star.magnitude_v > limiting_v_) {
             ++too_faint;
-        else
+        } else {
             stars.push_back(row.star);
+            if (row.class_from_parallax) ++classes_from_parallax;
+        }
         return;
     case StarRow::Kind::refused:
         break;

@@ -55,6 +55,7 @@ public:
 
     std::vector<ephemeris::CatalogueStar> stars;
     std::uint64_t too_faint = 0;
+    std::uint64_t classes_from_parallax = 0;                   ///< of `stars`, by luminosity_from_parallax()
     std::map<std::string, std::uint64_t, std::less<>> refused; ///< by their cause
 
 private:

@@ -4,6 +4,7 @@
 #include "core/text/number.hpp"
 #include "core/text/text.hpp"
 #include "core/units.hpp"
+#include "ephemeris/stars/luminosity_class.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 
 #include <fmt/format.h>
@@ -104,7 +105,7 @@ public:
         if (!set_place(star_number(ra), star_number(dec), star)) return misplaced(ra, dec);
         star.motion_ra_mas_yr = or_zero(star_number(text({"pmra"})));
         star.motion_dec_mas_yr = or_zero(star_number(text({"pmdec"})));
-        star.parallax_mas = or_zero(star_number(text({"parallax"})));
+        star.parallax_mas = or_zero(star_number(text({"parallax", "parallax_mas"})));
         star.magnitude_v = star_number(text({"v_mag"}));
         star.colour_b_v = star_number(text({"b_v"}));
         set_type(text({"spectral_type"}), star);
@@ -124,7 +125,7 @@ public:
             star.ids = StarIds::gaia, star.id = whole(id);
         else if (const std::string_view hip = text({"hip"}); !hip.empty())
             star.ids = StarIds::hipparcos, star.id = whole(hip);
-        return checked(star);
+        return checked(star, star_number(text({"parallax_error"})));
     }
 
 private:
@@ -137,7 +138,7 @@ public:
     StarRow read(std::string_view line, std::uint64_t /*number*/) override {
         // Fields of the catalogue's table 2.1.1.
         constexpr std::size_t hip = 1, v = 5, ra = 8, dec = 9, parallax = 11, motion_ra = 12, motion_dec = 13,
-                              colour = 37, type = 76, count = 77;
+                              parallax_error = 16, colour = 37, type = 76, count = 77;
         if (trimmed(line, blanks).empty()) return StarRow::skip();
         const std::vector<std::string_view> fields = split_row(line, '|');
         if (fields.size() < count) return StarRow::refuse(too_short);
@@ -155,7 +156,7 @@ public:
         move_to_j2000(hipparcos_year, star);
         star.ids = StarIds::hipparcos;
         star.id = whole(fields[hip]);
-        return checked(star);
+        return checked(star, star_number(fields[parallax_error]));
     }
 };
 
@@ -213,9 +214,10 @@ public:
         star.magnitude_v = value(46, 51);
         if (std::isnan(star.magnitude_v)) return StarRow::refuse(no_magnitude);
         star.colour_b_v = value(51, 56);
-        set_type(trimmed(line.substr(56, 2), blanks), star);
+        const std::string_view type = trimmed(line.substr(56, 2), blanks);
+        set_type(type, star);
         star.id = number;
-        return checked(star);
+        return checked(star, kstars_parallax_error_mas(type));
     }
 };
 
@@ -280,7 +282,7 @@ void set_type(std::string_view text, CatalogueStar& star) {
                                                                    : ephemeris::Luminosity::unknown;
 }
 
-StarRow checked(const CatalogueStar& star) {
+StarRow checked(const CatalogueStar& star, double parallax_error_mas) {
     const auto outside = [](double value, double from, double to) { return !(value >= from && value <= to); };
     // The fastest star moves by 10.4 arc seconds a year, and the largest parallax is 0.77.
     constexpr double max_motion = 20'000, max_parallax = 1000;
@@ -296,7 +298,16 @@ StarRow checked(const CatalogueStar& star) {
     // Negative ones are errors of measurement about a small value.
     row.star.parallax_mas = std::max(0.0, star.parallax_mas);
     if (outside(star.colour_b_v, -5, 20)) row.star.colour_b_v = CatalogueStar::unknown;
+    if (row.star.luminosity == ephemeris::Luminosity::unknown) {
+        row.star.luminosity = luminosity_from_parallax(row.star, parallax_error_mas);
+        row.class_from_parallax = row.star.luminosity != ephemeris::Luminosity::unknown;
+    }
     return row;
+}
+
+double kstars_parallax_error_mas(std::string_view type) {
+    constexpr double tycho_error_mas = 11;
+    return type.find('?') == std::string_view::npos ? CatalogueStar::unknown : tycho_error_mas;
 }
 
 JohnsonColours johnson_from_tycho(double bt, double vt) {
