@@ -114,6 +114,12 @@ Quat attitude_of(const std::vector<double>& n, Object::Kind kind, const Conventi
     return q;
 }
 
+Pose element_of(const Pose& given, Object::Kind kind, const Conventions& conventions) {
+    if (!looks_somewhere(kind) || conventions.camera != 0) return given;
+    return {rotate(conjugate(half_turn), given.position_m),
+            conjugate(half_turn) * given.orientation * half_turn};
+}
+
 ClientState::ClientState(const CompatibleSettings& settings, service::MemoryAccount& memory)
     : files(settings.root, settings.output, settings.max_bytes, settings.resources),
       own(settings.scene_bytes),
@@ -122,6 +128,14 @@ ClientState::ClientState(const CompatibleSettings& settings, service::MemoryAcco
       scene_calls_(settings.root, folders_of(settings, own)),
       render_call_(scene_calls_, settings.limits) {
     reset();
+}
+
+Placement ClientState::inherited_placement(std::string_view name) {
+    const Object* const before = find(name);
+    if (before == nullptr) return {};
+    Placement placement = before->placement;
+    placement.element = {};
+    return placement;
 }
 
 void ClientState::reset() {

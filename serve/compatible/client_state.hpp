@@ -42,6 +42,8 @@ struct Placement {
     Vec3 position_m;
     Quat attitude;
     Vec3 velocity_m_s, rate_rad_s; ///< scene axes
+    /// Pose of the object's surface, or of the camera's or lamp's axes, in the frame that the attitude turns.
+    Pose element{};
 };
 
 /// Whether quaternions come as x y z w or w x y z, and which axes a camera's quaternion turns.
@@ -169,6 +171,13 @@ public:
     [[nodiscard]] Object* find(std::string_view name);
     /// The same. Throws Failure (bad_argument) with the names that there are.
     [[nodiscard]] Object& object(std::string_view name, std::string_view call);
+    /// Where a new object of that name begins: at the place of the old one, whose elements go with it; none:
+    /// at the origin.
+    [[nodiscard]] Placement inherited_placement(std::string_view name);
+    /// Whether an element's name means all of the object: empty, or the object's own name or alias.
+    [[nodiscard]] bool is_whole(const Object& object, std::string_view element_name) {
+        return element_name.empty() || find(element_name) == &object;
+    }
     /// The scene as tables of a scene file.
     [[nodiscard]] nlohmann::json scene();
     /// Renders the picture. Throws Failure.
@@ -208,6 +217,8 @@ private:
 /// The other way round. Throws Failure if `numbers` are no rotation.
 [[nodiscard]] Quat attitude_of(const std::vector<double>& numbers, Object::Kind kind,
                                const Conventions& conventions);
+/// A pose in the frame that the client's quaternions turn, in that which the attitude of a placement turns.
+[[nodiscard]] Pose element_of(const Pose& given, Object::Kind kind, const Conventions& conventions);
 
 [[nodiscard]] inline Vec3 vec3_of(const std::vector<double>& v) {
     return {v.at(0), v.at(1), v.at(2)};

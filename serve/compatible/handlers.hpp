@@ -36,6 +36,8 @@ using Handlers = std::map<std::string_view, Handler>;
 
 /// The file of a texture. Throws Failure.
 [[nodiscard]] std::string texture_file(Request& request, const std::string& name);
+/// Throws Failure unless the argument `element_name` means all of the object.
+void require_whole(Request& request, const Object& object);
 /// The model that an argument names. Throws Failure.
 [[nodiscard]] const Model& model_of(Request& request, const std::map<std::string, Model>& all,
                                     std::string_view argument);

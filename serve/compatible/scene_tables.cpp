@@ -63,9 +63,9 @@ void add_placement(ClientState& client_state, const Placement& p, json& table,
         const Quat q =
             turned_rad > 0 ? axis_angle(p.rate_rad_s, length(p.rate_rad_s) * t) * p.attitude : p.attitude;
         const Pose moved = offset_at(motion, t);
-        const Quat turned = motion.empty() ? q : q * moved.orientation;
-        return Pose{p.position_m + p.velocity_m_s * t + rotate(q, moved.position_m) +
-                        rotate(turned, offset_m),
+        const Quat turned = q * p.element.orientation * moved.orientation;
+        return Pose{p.position_m + p.velocity_m_s * t + rotate(q, p.element.position_m) +
+                        rotate(q * p.element.orientation, moved.position_m) + rotate(turned, offset_m),
                     turned};
     };
     if (turned_rad == 0 && (span_s == 0 || length(p.velocity_m_s) == 0) && motion.size() < 2) {
@@ -136,7 +136,9 @@ json scene_tables(ClientState& client_state) {
         case Object::Kind::camera:
             break;
         case Object::Kind::sun:
-            tree["sun"]["position_m"] = table_json(object.placement.position_m);
+            tree["sun"]["position_m"] =
+                table_json(to_parent({object.placement.position_m, object.placement.attitude},
+                                     object.placement.element.position_m));
             tree["sun"].update(table);
             break;
         case Object::Kind::body:

@@ -214,7 +214,8 @@ std::vector<Command> make_commands() {
                        .help("Sets a property of an element of an object."),
                    row("setObjectElementTransform")
                        .takes("object_name:text element_name:text matrix:list relative:flag")
-                       .help("Sets place and attitude of a whole object by a matrix."),
+                       .help(
+                           "Moves and turns all of an object by a matrix within its frame; its place and attitude stay."),
                    row("setObjectMotion")
                        .takes("object_name:text motion:list")
                        .help(

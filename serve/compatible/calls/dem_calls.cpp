@@ -97,7 +97,7 @@ void add_body(Request& r, json keys, json maps) {
     keys.update(model_of(r, r.client_state.reflections, "brdf_name").keys);
     if (!maps.is_null()) keys["albedo"] = std::move(maps);
     Object body;
-    if (const Object* const before = r.client_state.find(name)) body.placement = before->placement;
+    body.placement = r.client_state.inherited_placement(name);
     body.keys = std::move(keys);
     put(r.client_state.objects, r.arguments, "object_name", std::move(body));
 }

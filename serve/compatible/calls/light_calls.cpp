@@ -46,7 +46,7 @@ void create_light(Request& r) {
     Object light;
     light.kind = Object::Kind::light;
     light.placement.attitude = {0, 1, 0, 0}; // along -z, as the camera at the start
-    if (const Object* const before = r.client_state.find(name)) light.placement = before->placement;
+    if (r.client_state.find(name) != nullptr) light.placement = r.client_state.inherited_placement(name);
     constexpr double flat = 8;
     double beam = 0;
     if (exponent > 0 && exponent < flat) {

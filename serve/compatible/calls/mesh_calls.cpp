@@ -82,10 +82,9 @@ void add_merged(Request& r, MeshMerger& merger, const std::vector<MeshPlace>& pl
     if (name == "camera" || name == "sun")
         throw r.arguments.refused("object_name", "is no body", "another name");
     Object body;
-    if (const Object* const before = r.client_state.find(name)) {
-        body.placement = before->placement;
+    body.placement = r.client_state.inherited_placement(name);
+    if (const Object* const before = r.client_state.find(name))
         r.client_state.own.remove(before->keys.value("file", ""));
-    }
     body.keys = {{"shape", "mesh"},
                  {"file", r.client_state.own.write(".obj", merger.obj(places, max_triangles))},
                  {"material", "lambert"},

@@ -62,8 +62,7 @@ void create_body(Request& r) {
     const std::string& name = r.arguments.text("body_name");
     if (name == "camera") throw r.arguments.refused("body_name", "the camera is no body", "another name");
     Object body;
-    const Object* const before = r.client_state.find(name);
-    if (before != nullptr) body.placement = before->placement;
+    body.placement = r.client_state.inherited_placement(name);
     if (name == "sun") {
         if (shape.radius_m < 1)
             throw r.arguments.refused("shape_name", "the Sun is a sphere", "of 1 m or more");
@@ -82,7 +81,7 @@ void create_mesh(Request& r) {
     const std::string& name = r.arguments.text("object_name");
     if (name == "camera" || name == "sun")
         throw r.arguments.refused("object_name", "is no body", "another name");
-    if (const Object* const before = r.client_state.find(name)) body.placement = before->placement;
+    body.placement = r.client_state.inherited_placement(name);
     const double scale = r.arguments.number("scale", 1e-9, 1e12);
     const std::string& model = r.arguments.text("model_name");
     const auto file = r.client_state.files.find(model);
@@ -104,11 +103,9 @@ void create_mesh(Request& r) {
 void set_reflection(Request& r) {
     Object& object = named(r);
     const Model& reflection = model_of(r, r.client_state.reflections, "brdf");
-    const std::string& element = r.arguments.text("element_name");
     if (object.kind != Object::Kind::body)
         throw r.arguments.refused("object_name", "is no body", "a body or a mesh");
-    if (r.client_state.find(element) != &object)
-        throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
+    require_whole(r, object);
     nlohmann::json kept = nlohmann::json::object();
     for (const char* key :
          {"shape", "half_edge_m", "height", "mean_radius_m", "axis_ratios", "radii_m", "file",
@@ -121,11 +118,11 @@ void set_reflection(Request& r) {
     object.keys = std::move(kept);
 }
 
-/// Transforms a whole object, whose local transformation is the global one.
+/// Transforms the surface of a whole object within the object's frame, whose place and attitude stay. The
+/// element of all has none above it, so that its local transformation is its global one.
 void set_transform(Request& r) {
     Object& object = named(r);
-    if (r.client_state.find(r.arguments.text("element_name")) != &object)
-        throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
+    require_whole(r, object);
     const auto refused = [&](const char* what) {
         return r.arguments.refused("matrix", what,
                                    "4 rows of 4 numbers: a rotation, and a translation up to 1e15 m");
@@ -152,12 +149,8 @@ void set_transform(Request& r) {
     const Vec3 x{m[0][0], m[1][0], m[2][0]}, y{m[0][1], m[1][1], m[2][1]}, z{m[0][2], m[1][2], m[2][2]};
     if (dot(cross(x, y), z) < 0) throw refused("is a reflection");
     if (m[3] != std::vector<double>{0, 0, 0, 1}) throw refused("has a last row other than 0, 0, 0, 1");
-    const Quat q = from_matrix(turn);
-    const bool xyzw = r.client_state.conventions.quaternion == 0;
-    object.placement.attitude =
-        attitude_of(xyzw ? std::vector{q.x, q.y, q.z, q.w} : std::vector{q.w, q.x, q.y, q.z}, object.kind,
-                    r.client_state.conventions);
-    object.placement.position_m = {m[0][3], m[1][3], m[2][3]};
+    object.placement.element =
+        element_of({{m[0][3], m[1][3], m[2][3]}, from_matrix(turn)}, object.kind, r.client_state.conventions);
 }
 
 void set_motion(Request& r) {
@@ -185,6 +178,12 @@ const Model& model_of(Request& r, const std::map<std::string, Model>& all, std::
                                   fmt::format("nothing is called \"{}\"", config::printable(name, 60)),
                                   "one that was created before");
     return found->second;
+}
+
+void require_whole(Request& r, const Object& object) {
+    if (!r.client_state.is_whole(object, r.arguments.text("element_name")))
+        throw r.arguments.refused("element_name", "elements cannot be told apart",
+                                  "the name of the object, or none");
 }
 
 std::string texture_file(Request& r, const std::string& name) {

@@ -25,6 +25,9 @@ constexpr int state_version = 1;
 json json_of(const Vec3& v) {
     return {v.x, v.y, v.z};
 }
+json json_of(const Quat& q) {
+    return {q.w, q.x, q.y, q.z};
+}
 
 /// Doubles as text are read back to the same bits.
 json state_of(const ClientState& client_state) {
@@ -32,9 +35,11 @@ json state_of(const ClientState& client_state) {
     for (const auto& [name, object] : client_state.objects) {
         const Placement& p = object.placement;
         objects[name] = {{"position_m", json_of(p.position_m)},
-                         {"attitude", {p.attitude.w, p.attitude.x, p.attitude.y, p.attitude.z}},
+                         {"attitude", json_of(p.attitude)},
                          {"velocity_m_s", json_of(p.velocity_m_s)},
-                         {"rate_rad_s", json_of(p.rate_rad_s)}};
+                         {"rate_rad_s", json_of(p.rate_rad_s)},
+                         {"element_position_m", json_of(p.element.position_m)},
+                         {"element_attitude", json_of(p.element.orientation)}};
     }
     const CameraSettings& c = client_state.camera;
     return {{"state", state_version},
@@ -108,10 +113,17 @@ json parsed(const Arguments& arguments) {
 
 Placement placement_of(const Arguments& arguments, const json& table) {
     const auto vector = [&](const char* name) { return vec3_of(numbers(arguments, table, name, 3)); };
-    const std::vector<double> q = numbers(arguments, table, "attitude", 4);
-    const Quat attitude{q[0], q[1], q[2], q[3]};
-    if (!(std::abs(norm(attitude) - 1) < 1e-6)) refuse(arguments, "attitude is no unit quaternion");
-    return {vector("position_m"), attitude, vector("velocity_m_s"), vector("rate_rad_s")};
+    const auto attitude = [&](const char* name) {
+        const std::vector<double> q = numbers(arguments, table, name, 4);
+        const Quat unit{q[0], q[1], q[2], q[3]};
+        if (!(std::abs(norm(unit) - 1) < 1e-6))
+            refuse(arguments, fmt::format("{} is no unit quaternion", name));
+        return unit;
+    };
+    // States of before elements had a pose have none.
+    const bool with_element = table.contains("element_position_m") || table.contains("element_attitude");
+    return {vector("position_m"), attitude("attitude"), vector("velocity_m_s"), vector("rate_rad_s"),
+            with_element ? Pose{vector("element_position_m"), attitude("element_attitude")} : Pose{}};
 }
 
 void set_state(ClientState& client_state, const Arguments& arguments, Reply& reply) {

@@ -161,11 +161,9 @@ void update_dynamic(Request& r) {
 void attach(Request& r) {
     const NamedTexture& texture = named_texture(r, "texture_name");
     Object& object = r.client_state.object(r.arguments.text("object_name"), r.command.name);
-    const std::string& element = r.arguments.text("element_name");
     if (object.kind != Object::Kind::body)
         throw r.arguments.refused("object_name", "is no body", "a body or a mesh");
-    if (r.client_state.find(element) != &object)
-        throw r.arguments.refused("element_name", "elements cannot be told apart", "the name of the object");
+    require_whole(r, object);
     const auto unit = static_cast<int>(r.arguments.integer("texture_unit_id", 0, texture_units - 1));
     if (!wear(object, unit, texture.file)) {
         r.reply.warn(fmt::format("{}: a texture of that unit has no effect on this object", r.command.name));

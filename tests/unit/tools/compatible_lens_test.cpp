@@ -228,27 +228,80 @@ TEST_CASE("a spectrum model sets the wavelengths of the channels", "[serve]") {
     CHECK(client_state.scene()["band"][0]["from_nm"] == 600.0);
 }
 
-TEST_CASE("the transformation of a whole object is its place and attitude", "[serve]") {
+TEST_CASE("the transformation of a whole object acts in its frame, whose place stays", "[serve]") {
     Client client;
-    client.ball("ball", 1, {0, 0, -10});
-    const auto transform = [](double scale) {
-        // A quarter turn about z.
-        return List{List{0.0, -scale, 0.0, 1.0}, List{scale, 0.0, 0.0, 2.0}, List{0.0, 0.0, scale, 3.0},
+    client.size(64, 64);
+    client.fov_deg(30, 30);
+    client.sun(6.957e8, {0, 0, au_m}, pi * au_m * au_m);
+    client.ball("ball", 1, {2, 1, -20});
+    // A quarter turn about z: x of the ball is y of the scene.
+    const double half = std::sqrt(0.5);
+    client.turn("ball", {0.0, 0.0, half, half});
+    const auto transform = [](double scale, Vec3 to) {
+        // A quarter turn about z again.
+        return List{List{0.0, -scale, 0.0, to.x}, List{scale, 0.0, 0.0, to.y}, List{0.0, 0.0, scale, to.z},
                     List{0.0, 0.0, 0.0, 1.0}};
     };
-    const auto set = [&](const char* element, const List& matrix) {
+    const auto set = [&](const char* element, const List& matrix, bool relative = false) {
         return Fields{
-            {"object_name", "ball"}, {"element_name", element}, {"matrix", matrix}, {"relative", false}};
+            {"object_name", "ball"}, {"element_name", element}, {"matrix", matrix}, {"relative", relative}};
     };
-    client.call("setObjectElementTransform", set("ball", transform(1)));
-    CHECK(client.ask("getObjectPosition", "pos", {{"object_name", "ball"}}) == Value(List{1.0, 2.0, 3.0}));
-    const List q = numbers_of(client.ask("getObjectAttitude", "attitude", {{"object_name", "ball"}}));
-    CHECK_THAT(number_of(q[2]), WithinAbs(std::sqrt(0.5), 1e-12));
-    CHECK_THAT(number_of(q[3]), WithinAbs(std::sqrt(0.5), 1e-12));
-    client.refuse("setObjectElementTransform", set("ball", transform(2)), "a scale");
-    client.refuse("setObjectElementTransform", set("ball", transform(-1)), "a reflection");
-    client.refuse("setObjectElementTransform", set("part", transform(1)), "cannot be told apart");
+    // Columns and rows of a pinhole: 32 + f x / -z, 32 - f y / -z. The lit side is up to 1 m nearer: 0.4 px.
+    const double f = 32 / std::tan(pi / 12);
+    const auto seen_at = [&](double x, double y) {
+        const Light seen = light(client, 64);
+        CHECK_THAT(seen.column, WithinAbs(32 + f * x / 20, 0.5));
+        CHECK_THAT(seen.row, WithinAbs(32 - f * y / 20, 0.5));
+    };
+    const Value before = client.ask("getObjectAttitude", "attitude", {{"object_name", "ball"}});
+    seen_at(2, 1);
+    // The identity moves nothing.
+    const List identity{List{1.0, 0.0, 0.0, 0.0}, List{0.0, 1.0, 0.0, 0.0}, List{0.0, 0.0, 1.0, 0.0},
+                        List{0.0, 0.0, 0.0, 1.0}};
+    client.call("setObjectElementTransform", set("ball", identity));
+    seen_at(2, 1);
+    // 2 m along x of the ball's frame are 2 m along y of the scene's, whichever name says all of it.
+    client.call("setAlias", {{"object_name", "ball"}, {"alias", "globe"}});
+    for (const char* element : {"ball", "globe", ""})
+        for (const bool relative : {false, true}) {
+            client.call("setObjectElementTransform", set("ball", identity));
+            client.call("setObjectElementTransform", set(element, transform(1, {2, 0, 0}), relative));
+            seen_at(2, 3);
+        }
+    CHECK(client.ask("getObjectPosition", "pos", {{"object_name", "ball"}}) == Value(List{2.0, 1.0, -20.0}));
+    CHECK(client.ask("getObjectAttitude", "attitude", {{"object_name", "ball"}}) == before);
+    // A state brings it back; a place set later goes below it; a new object has none.
+    const Value state = client.ask("getState", "state");
+    client.call("setObjectElementTransform", set("ball", identity));
+    client.call("setState", {{"state", state}});
+    client.place("ball", {-2, -1, -20});
+    seen_at(-2, 1);
+    client.ball("ball", 1, {-2, -1, -20});
+    seen_at(-2, -1);
+    client.refuse("setObjectElementTransform", set("ball", transform(2, {})), "a scale");
+    client.refuse("setObjectElementTransform", set("ball", transform(-1, {})), "a reflection");
+    client.refuse("setObjectElementTransform", set("part", transform(1, {})), "cannot be told apart");
     client.refuse("setObjectElementTransform", set("ball", List{1.0}), "no list of 4 rows");
+}
+
+TEST_CASE("the transformation of the camera acts in the axes of its convention", "[serve]") {
+    for (const int convention : {0, 1}) {
+        Client client;
+        client.size(64, 64);
+        client.fov_deg(30, 30);
+        client.call("setConventions", {{"quaternion_convention", 0}, {"camera_convention", convention}});
+        client.sun(6.957e8, {0, 0, au_m}, pi * au_m * au_m);
+        client.ball("ball", 1, {0, 0, -20});
+        // 1 m along the camera's y: up in convention 0, down in 1.
+        client.call("setObjectElementTransform",
+                    {{"object_name", "camera"},
+                     {"element_name", "camera"},
+                     {"matrix", List{List{1.0, 0.0, 0.0, 0.0}, List{0.0, 1.0, 0.0, 1.0},
+                                     List{0.0, 0.0, 1.0, 0.0}, List{0.0, 0.0, 0.0, 1.0}}},
+                     {"relative", true}});
+        const double f = 32 / std::tan(pi / 12);
+        CHECK_THAT(light(client, 64).row, WithinAbs(convention == 0 ? 32 + f / 20 : 32 - f / 20, 0.15));
+    }
 }
 
 TEST_CASE("pictures of a sequence follow each other on the body that wears it", "[serve]") {
