@@ -18,7 +18,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import browser  # noqa: E402
 from children import Child  # noqa: E402
-from page_view import PATIENCE_S, Api, go, place_of, rows_of  # noqa: E402
+from page_view import PATIENCE_S, Api, drawn, go, place_of, rows_of, there  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
 obscurad, obscura, web, source, output = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(sys.argv[4]), pathlib.Path(sys.argv[5])
@@ -87,7 +87,8 @@ def picture(window, folder):
     window.wait_for("document.querySelector('table[aria-label=Frame]') && document.querySelector('.dn-histogram') && document.querySelector('.overlay')")
     window.wait_for("document.querySelector('#verdict').textContent.includes('on time')")
     window.mouse("Moved", 560, 590)
-    time.sleep(1)
+    window.wait_for("document.querySelector('#probe-dn').textContent !== '–'")
+    drawn(window)
     window.screenshot(shown)
     for process in server, daemon:
         process.terminate()
@@ -149,7 +150,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-page-") as temporary, browser.B
             window.resize(width, 1080)
             window.open("about:blank")
             window.open(link)
-            time.sleep(1.5)
+            there(window, "live")
+            drawn(window)
             window.screenshot(output / f"page-{theme}-{width}.png")
     window.resize(1280, 900)
     window.open("about:blank")

@@ -15,11 +15,11 @@ import re
 import subprocess
 import sys
 import tempfile
-import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import browser  # noqa: E402
 import read_image  # noqa: E402
+from checks import until  # noqa: E402
 from page_view import PATIENCE_S, Api, canvas_greys, choose, go, place_of, press_button, probe_at  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 from web_server import Web  # noqa: E402
@@ -33,14 +33,6 @@ def check(what, good, detail=""):
     print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)[:2000]}", flush=True)
     if not good:
         failures.append(what)
-
-
-def until(told, good, pause_s=0.1):
-    """The first answer that is good, else the last one."""
-    end = time.monotonic() + PATIENCE_S
-    while not good(answer := told()) and time.monotonic() < end:
-        time.sleep(pause_s)
-    return answer
 
 
 class Shown:

@@ -22,6 +22,7 @@ SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
 sys.path.insert(0, str(SUPPORT))
 import browser  # noqa: E402
 import firefox  # noqa: E402
+from page_view import drawn, there  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 from web_server import Web  # noqa: E402
 
@@ -34,7 +35,6 @@ options = arguments.parse_args()
 driver, make_window = (firefox, firefox.Firefox) if options.firefox else (browser, browser.Browser)
 SCREENS = ["live", "timing", "camera", "scene", "faults", "transports", "system"]
 FOCUSABLE = "a[href], button, select, input, textarea, summary, [tabindex]"
-STEP_S = 20
 failures, processes = [], []
 atexit.register(lambda: [process.kill() for process in processes])
 
@@ -46,15 +46,9 @@ def check(what, good, detail=""):
 
 
 def settled(window, screen):
-    """Waits until the screen has what it asks for, which comes within a second or two."""
-    window.wait_for(f"document.querySelector('nav a[aria-current]')?.getAttribute('href') === '#{screen}' && document.querySelector('main').textContent.length > 80", STEP_S)
-    before = -1
-    for _ in range(10):
-        time.sleep(0.4)
-        count = window.evaluate("document.querySelectorAll('main *').length")
-        if count == before:
-            return
-        before = count
+    """Waits until the screen has what it asks for, and has drawn it."""
+    check(f"{screen}: it has all that it shows", there(window, screen))
+    drawn(window)
 
 
 def walk(window, screen):
@@ -107,25 +101,25 @@ def by_keys(window, server, camera):
     window.evaluate("document.activeElement?.blur()")
     check("the tabulator comes to the screens", window.tab_to("nav a[href='#timing']"))
     window.press("Enter")
-    check("Enter opens one", window.wait_for("location.hash === '#timing'", STEP_S))
+    check("Enter opens one", window.wait_for("location.hash === '#timing'"))
     window.press("1")
     settled(window, "live")
-    window.wait_for("document.querySelector('table[aria-label=Frame]')", STEP_S)
+    window.wait_for("document.querySelector('table[aria-label=Frame]')")
     check("the tabulator comes to the picture", window.tab_to(".stage canvas"))
     window.press("ArrowRight")
     where = "document.querySelector('table[aria-label=Probe] td')?.textContent"
-    first = window.wait_for(where, STEP_S)
+    first = window.wait_for(where)
     window.press("ArrowRight")
     window.press("ArrowDown")
     x, y = (int(n) for n in first.split(","))
-    check("arrow keys move the probe", window.wait_for(f"{where}.replace(' ', '') === '{x + 1},{y + 1}'", STEP_S), (first, window.evaluate(where)))
+    check("arrow keys move the probe", window.wait_for(f"{where}.replace(' ', '') === '{x + 1},{y + 1}'"), (first, window.evaluate(where)))
     scale = number(".scale")
     window.press("+")
-    check("plus zooms", window.wait_for(f"parseFloat(document.querySelector('.scale').textContent) > {scale}", STEP_S), scale)
+    check("plus zooms", window.wait_for(f"parseFloat(document.querySelector('.scale').textContent) > {scale}"), scale)
     check("the tabulator comes to the themes", window.tab_to("#theme"))
     theme = window.evaluate("document.documentElement.dataset.theme")
     window.press("ArrowDown")
-    check("arrow keys choose one", window.wait_for(f"document.documentElement.dataset.theme !== '{theme}'", STEP_S))
+    check("arrow keys choose one", window.wait_for(f"document.documentElement.dataset.theme !== '{theme}'"))
     window.evaluate("document.activeElement.blur()")
     window.press("3")
     settled(window, "camera")
@@ -133,19 +127,19 @@ def by_keys(window, server, camera):
     window.evaluate("document.activeElement.select()")
     window.write("6.5")
     window.press("Enter")
-    check("Enter sets it", window.wait_for("document.querySelector('form .said')?.textContent.includes('Gain = 6.5')", STEP_S), window.text("form .said"))
+    check("Enter sets it", window.wait_for("document.querySelector('form .said')?.textContent.includes('Gain = 6.5')"), window.text("form .said"))
     check("the camera has the value", [row["value"] for row in ask("features")["features"] if row["name"] == "Gain"] == [6.5])
     window.evaluate("document.activeElement.blur()")
     window.press("5")
     settled(window, "faults")
     check("the tabulator comes to a template of a fault", window.evaluate("([...document.querySelectorAll('main button')].find((b) => /skipped/.test(b.textContent)) ?? document.body).id = 'walked', true") and window.tab_to("#walked"))
     window.press("Enter")
-    armed = window.wait_for("document.querySelector('.items').textContent.includes('ARMED')", STEP_S)
+    armed = window.wait_for("document.querySelector('.items').textContent.includes('ARMED')")
     check("Enter arms it", armed and len(ask("faults")["rules"]) == 1, ask("faults")["rules"])
     window.evaluate("([...document.querySelectorAll('main button')].find((b) => b.textContent.trim() === 'disarm all') ?? document.body).id = 'walked-2'")
     check("the tabulator comes to what disarms all", window.tab_to("#walked-2"))
     window.press(" ")
-    disarmed = window.wait_for("!document.querySelector('.items').textContent.includes('ARMED')", STEP_S)
+    disarmed = window.wait_for("!document.querySelector('.items').textContent.includes('ARMED')")
     check("and the space bar does it", disarmed and ask("faults")["rules"] == [], ask("faults")["rules"])
     window.evaluate("document.activeElement.blur()")
 
@@ -154,17 +148,17 @@ def frame_is_shown(window, server, camera):
     """A pixel of the canvas, by the probe, and all of the canvas not of one grey."""
     window.press("1")
     settled(window, "live")
-    window.wait_for("document.querySelector('table[aria-label=Frame]')", STEP_S)
+    window.wait_for("document.querySelector('table[aria-label=Frame]')")
     server.ask(f"/api/v1/cameras/{camera}/features", "PATCH", body={"TriggerSource": "Software", "ExposureTime": 500})
     for _ in range(20):  # a frame of the timer may still be in progress
         told = json.loads(server.ask(f"/api/v1/cameras/{camera}/trigger", "POST", body={}).text)
         if told.get("outcome") == "complete" or told.get("outcome") == "late":
             break
-    check("the page shows the frame that was triggered", window.wait_for(f"document.querySelector('table[aria-label=Frame] td').textContent === '{told.get('frame')}'", STEP_S), told)
+    check("the page shows the frame that was triggered", window.wait_for(f"document.querySelector('table[aria-label=Frame] td').textContent === '{told.get('frame')}'"), told)
     pixels = memoryview(server.ask(f"/api/v1/cameras/{camera}/frames/latest.raw").content).cast("H").tolist()
     window.tab_to(".stage canvas")
     window.press("o")
-    window.wait_for("document.querySelector('table[aria-label=Frame]').textContent.includes('single pixels')", STEP_S)
+    window.wait_for("document.querySelector('table[aria-label=Frame]').textContent.includes('single pixels')")
     wrong, width = [], json.loads(server.ask(f"/api/v1/cameras/{camera}/frames/latest.json").text)["width"]
     for key in ["ArrowRight"] * 6 + ["ArrowDown"] * 6 + ["ArrowLeft"] * 3:
         window.press(key)
@@ -197,7 +191,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-walk-") as folder, make_window(
     settled(window, "live")  # a page that has not begun takes no keys
     for number, screen in enumerate(SCREENS):
         window.press(str(number + 1))
-        check(f"key {number + 1}: {screen}", window.wait_for(f"location.hash === '#{screen}'", STEP_S))
+        check(f"key {number + 1}: {screen}", window.wait_for(f"location.hash === '#{screen}'"))
         settled(window, screen)
         walk(window, screen)
     if not options.firefox:
@@ -209,7 +203,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-walk-") as folder, make_window(
     check("the browser complains of nothing", complaints == [], complaints)
     check("nothing violates the security policy", window.violations() == [], window.violations())
     window.evaluate("(document.body.append(Object.assign(document.createElement('style'), {textContent: 'p {color: red}'})), 0)")
-    check("which would have been seen", window.wait_for("window.violations.length === 1", STEP_S), window.violations())
+    check("which would have been seen", window.wait_for("window.violations.length === 1"), window.violations())
     window.evaluate("(document.querySelector('#theme').removeAttribute('id'), document.querySelector('main').append(document.createElement('button')), 0)")
     rules = (SUPPORT / "accessibility.js").read_text().split("\n", 3)[3]
     check("as would have been a control without a name", any(rule == "what can be used or seen has a name" for rule, _ in window.evaluate(rules)))

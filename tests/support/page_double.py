@@ -131,14 +131,15 @@ class PageDouble:
     `beat()` makes the next frame; the server does it five times a second while `runs`."""
 
     def __init__(self, folder, role="operator", port=0):
+        self.lock = threading.Condition()
         self.folder, self.role, self.asked, self.refuse, self.runs = pathlib.Path(folder).resolve(), role, [], {}, True
         self.pixels, self.cache = known_frame(), {}
-        self.jpeg, self.truth_of = None, None  # what views with "auto" get; the frame whose truth was asked for last
+        self.jpeg, self.truths, self.requests = None, [], 0  # what views with "auto" get; frames whose truth was asked for, None: the newest; requests of /api/
         self.kept, self.probed = {}, None  # frames that were shown: (pixels, width, height)
         self.histogram = histogram_of(self.pixels)
         self.features, self.acquiring, self.controller, self.shown = first_features(), True, "", "demo"
         self.device, self.log_level, self.lockstep, self.pixel_deg = device_features(), "info", False, 0.01
-        self.rules, self.frame, self.first, self.lock = [], 811, time.monotonic(), threading.Condition()
+        self.rules, self.frame, self.first = [], 811, time.monotonic()
         self.dice, self.timing, self.sockets = random.Random(3), [], []
         for frame in range(400, self.frame + 1):
             self.timing.append(self.timed(frame))
@@ -170,11 +171,21 @@ class PageDouble:
         self.server.shutdown()
         self.server.server_close()
 
+    @property
+    def runs(self):
+        return self._runs
+
+    @runs.setter
+    def runs(self, on):
+        with self.lock:  # no frame comes any more once this is False
+            self._runs = on
+
     def tick(self):
         while self.runs is not None:
             time.sleep(0.2)
-            if self.runs and self.acquiring:
-                self.beat()
+            with self.lock:
+                if self.runs and self.acquiring:
+                    self.beat()
 
     def beat(self):
         with self.lock:
@@ -257,6 +268,7 @@ class PageDouble:
             good = file.is_file() and self.folder in file.parents
             self.send(request, 200 if good else 404, file.read_bytes() if good else b"", TYPES.get(file.suffix, "text/plain"))
             return
+        self.requests += 1
         if request.headers.get("Authorization") != f"Bearer {TOKEN}":
             self.problem(request, 401, "this token is not known")
             return
@@ -320,8 +332,8 @@ class PageDouble:
                 self.rules = body["rules"]
             say({"kinds": KINDS, "parameters": FAULT_PARAMETERS, "frame": self.frame, "rules": [{**r, "origin": "call", "struck": 7} for r in self.rules]})
         elif path == "truth":
-            self.truth_of = query.get("frame")
-            say({**self.truth(), "frame": self.truth_of or str(self.frame - 1)})  # the newest truth need not be that of the picture
+            self.truths.append(query.get("frame"))
+            say({**self.truth(), "frame": self.truths[-1] or str(self.frame - 1)})  # the newest truth need not be that of the picture
         elif path == "scenes":
             say({"shown": self.shown, "scenes": ["demo", "moon", "moon-near"]})
         elif path == "scene" and command == "PUT":

@@ -4,7 +4,35 @@ import base64
 import json
 import urllib.request
 
-PATIENCE_S = 120
+from checks import PATIENCE_S
+
+# What each screen shows once it has the answers to all that it asks.
+THERE = {
+    "live": "document.querySelector('table[aria-label=Frame]') && document.querySelector('.dn-histogram')",
+    "timing": "document.querySelectorAll('.timeplot canvas').length === 2 && document.querySelector('section[aria-labelledby=t-worst]')",
+    "camera": "document.querySelector('#f-Gain') && document.querySelector('section[aria-labelledby=c-readout]') && document.querySelector('#user-set')",
+    "scene": "document.querySelector('form select') && document.querySelector('section[aria-labelledby=s-bodies] tbody tr')",
+    "faults": "document.querySelector('section[aria-labelledby=x-rules] p.small')",
+    "transports": "document.querySelector('main table.facts')",
+    "system": "document.querySelector('#log tbody tr') && document.querySelector('section[aria-labelledby=y-configuration] tbody')",
+}
+
+
+def begun(window):
+    """Waits until the page has been drawn, and what it told its scripts to do after that has been done."""
+    window.wait_for("document.querySelector('nav a[aria-current]')")
+    drawn(window)
+
+
+def drawn(window):
+    """Waits until what has happened in the page is on the screen."""
+    window.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))")
+
+
+def there(window, screen):
+    """Waits until a screen has all that it shows."""
+    return window.wait_for(f"document.querySelector('nav a[aria-current]')?.getAttribute('href') === '#{screen}' && {THERE[screen]}")
+
 
 
 def go(window, screen):
@@ -21,7 +49,7 @@ def rows_of(window, label):
 def press_button(window, words, within="document"):
     """Clicks the first button with exactly that text that can be pressed; false: there is none."""
     script = f"[...{within}.querySelectorAll('button')].find((b) => b.textContent.trim() === {json.dumps(words)} && !b.disabled)"
-    found = window.wait_for(f"!!({script})", 20)
+    found = window.wait_for(f"!!({script})")
     if found:
         window.evaluate(f"({script}).click()")
     return bool(found)

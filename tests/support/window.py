@@ -3,7 +3,8 @@
 import json
 import time
 
-PATIENCE_S = 120
+from checks import PATIENCE_S
+
 # Runs in each page before its own scripts.
 WATCH_POLICY = ("window.violations = []; addEventListener('securitypolicyviolation', "
                 "(e) => window.violations.push(`${e.effectiveDirective} ${e.blockedURI} ${e.sourceFile}:${e.lineNumber}`));")

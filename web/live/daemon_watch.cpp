@@ -90,8 +90,10 @@ std::vector<std::string> DaemonWatch::sockets() const {
 
 void DaemonWatch::find_daemons() {
     std::uint64_t answered = 0;
+    bool has_searched = false;
     std::unique_lock lock(mutex_);
     while (!stop_) {
+        bool all_told = has_searched;
         std::vector<std::thread> ended;
         std::vector<std::int64_t> pids;
         for (auto daemon = daemons_.begin(); daemon != daemons_.end();) {
@@ -99,14 +101,17 @@ void DaemonWatch::find_daemons() {
                 ended.push_back(std::move(daemon->second.thread));
                 daemon = daemons_.erase(daemon);
             } else {
-                if (!daemon->second.state.is_null()) pids.push_back(daemon->second.pid);
+                if (!daemon->second.state.is_null())
+                    pids.push_back(daemon->second.pid);
+                else if (daemon->second.error.empty())
+                    all_told = false;
                 ++daemon;
             }
         }
         lock.unlock();
         for (std::thread& thread : ended)
             thread.join();
-        if (visitor_ != nullptr) visitor_->visited(pids);
+        if (visitor_ != nullptr && all_told) visitor_->visited(pids);
         std::string error;
         const std::vector<std::string> paths = sockets();
         for (const std::string& path : paths) {
@@ -129,6 +134,7 @@ void DaemonWatch::find_daemons() {
             }
         }
         if (paths.empty()) error = host::no_daemon_here;
+        has_searched = true;
         lock.lock();
         if (daemons_.empty()) publish(error);
         lock.unlock();

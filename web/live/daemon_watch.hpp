@@ -54,7 +54,7 @@ public:
     virtual ~DaemonVisitor() = default;
     /// Called with each daemon that has told its state.
     virtual void visit(host::MonitorClient& daemon, const DaemonRun& run) = 0;
-    /// Called again and again with those that answer.
+    /// Called again and again with those that answer, unless one that has just been found may still do so.
     virtual void visited(std::span<const std::int64_t> pids) = 0;
 };
 

@@ -75,7 +75,7 @@ function badgeOf({mode, reference, other}, picture) {
   return html`<span class="badge">${mode === "difference" ? `${picture.frame} − ${reference.frame}` : `frame ${other ? reference.frame : picture.frame}`}</span>`;
 }
 
-export function Live({camera, may}) {
+export function Live({camera, fresh, may}) {
   const {stage, canvas, told} = useViewer(camera);
   const {viewer, socket} = told, picture = viewer?.picture;
   const [stretch, setStretch] = useState({kind: "auto", black: 0, white: 4095});
@@ -223,7 +223,7 @@ export function Live({camera, may}) {
       <${Profile} viewer=${viewer} cursor=${probed ? cursor : null} />
       <${Levels} stretch=${stretch} setStretch=${setStretch} viewer=${viewer} histogram=${told.histogram} />
       <${Compare} of=${comparing} viewer=${viewer} />
-      <${Region} camera=${camera} values=${values} error=${features.error} may=${may} region=${region} setRegion=${setRegion} image=${viewer?.image} changed=${features.again} />
+      <${Region} camera=${camera} fresh=${fresh} values=${values} error=${features.error} may=${may} region=${region} setRegion=${setRegion} image=${viewer?.image} changed=${features.again} />
       <${BodyTable} truth=${overlay ? kept.current : null} />
     </div>
   </div>`;

@@ -108,15 +108,16 @@ export function featuresOf(region, values) {
   return out;
 }
 
-/** Region of interest: numbers of the one drawn, or typed; setting them stops the acquisition for a moment. */
-export function Region({camera, values, error, may, region, setRegion, image, changed}) {
+/** Region of interest: numbers of the one drawn, or typed; setting them stops the acquisition for a moment. `fresh()`: the camera as it is
+ *  now, which `camera` need not be right after a command. */
+export function Region({camera, fresh, values, error, may, region, setRegion, image, changed}) {
   const command = useCommand();
   const [typed, setTyped] = useState(null);
   useEffect(() => { if (region && values.Width) setTyped(featuresOf(region, values)); }, [region]);
   const now = values.Width ? {Width: values.Width.value, Height: values.Height.value, OffsetX: values.OffsetX.value, OffsetY: values.OffsetY.value} : null;
   const shown = typed ?? now;
   const set = (wanted) => command.run(async () => {
-    const running = camera.state.acquiring;
+    const running = (await fresh()).state.acquiring;
     const acquisition = (on) => askJson(cameraPath(camera.id, "acquisition"), {method: "POST", body: {running: on}});
     if (running) await acquisition(false);
     try {

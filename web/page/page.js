@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operator's page: top bar with the verdict, screens, theme. What it shows is asked for twice a second.
-import {html, render, useEffect, useRef, useState} from "./vendor/preact-htm.js";
+import {html, render, useEffect, useLayoutEffect, useRef, useState} from "./vendor/preact-htm.js";
 import {askJson, cameraPath, useCommand, useRepeated} from "./api.js";
 import {CameraScreen, fireSoftwareTrigger, triggerOf} from "./camera.js";
 import {Faults, strikingOf, useFaults} from "./faults.js";
@@ -32,7 +32,7 @@ function rightsOf(role) {
 
 function useHash() {
   const [hash, setHash] = useState(location.hash.slice(1));
-  useEffect(() => {
+  useLayoutEffect(() => { // a change right after the first screen is there counts
     const changed = () => setHash(location.hash.slice(1));
     addEventListener("hashchange", changed);
     return () => removeEventListener("hashchange", changed);
@@ -92,7 +92,8 @@ function App() {
   const hash = useHash(), trigger = useCommand();
   const [name, , Screen] = SCREENS.find(([one]) => one === hash) ?? SCREENS[0];
   const may = rightsOf(me.value?.role);
-  useEffect(() => {
+  const fresh = async () => camerasOf(await askJson("api/v1/state")).find((one) => one.id === camera.id) ?? camera;
+  useLayoutEffect(() => { // keys work as soon as the screen is there
     const onKey = (event) => {
       if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) return;
       const number = Number(event.key);
@@ -109,7 +110,7 @@ function App() {
   return html`<${Bar} camera=${camera} cameras=${cameras} choose=${setChosen} role=${me.value?.role} may=${may} faults=${faults} trouble=${trouble} trigger=${trigger} />
     <nav aria-label="Screens">${SCREENS.map(([key, title], k) => html`<a key=${key} href=${`#${key}`} aria-current=${key === name ? "page" : undefined} title=${`key ${k + 1}`}>${title}</a>`)}
       <span class=${`nav-said small${trigger.bad ? " trouble" : ""}`} role="status">${trigger.said}</span></nav>
-    <main id="main">${camera && !state.error && html`<${Screen} key=${camera.id} camera=${camera} daemon=${camera.daemon} may=${may} faults=${faults} web=${state.value.web} bounds=${state.value.web.latency_bounds_us} />`}
+    <main id="main">${camera && !state.error && html`<${Screen} key=${camera.id} camera=${camera} fresh=${fresh} daemon=${camera.daemon} may=${may} faults=${faults} web=${state.value.web} bounds=${state.value.web.latency_bounds_us} />`}
       ${state.value && !state.error && !camera && html`<${NoCamera} why=${state.value.error} />`}
       ${state.error?.status === 0 && html`<section class="panel"><p>The page goes on by itself once obscura-web answers again: <code>systemctl status obscura-web</code>, or start it as before. A link whose token was made for one run asks for the new link.</p></section>`}</main>`;
 }

@@ -26,6 +26,9 @@ function drawn({x, lines}) {
   return [x, ...lines.map((line) => line.us.map((us) => known(us) ? Math.max(us, low) : null))];
 }
 
+/** Whether not all of the data is shown. */
+const isZoomed = ({scales: {x}, data: [at]}) => x.min > at[0] || x.max < at.at(-1);
+
 /** A uPlot in `parent`. `of`: what x counts. `told(at)`: the cursor is at the index, or null. `zoomed(on)`: not all is shown. */
 function makePlot(uPlot, parent, data, {lines, of, told, zoomed}) {
   const colour = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -40,7 +43,7 @@ function makePlot(uPlot, parent, data, {lines, of, told, zoomed}) {
     series: [{}, ...lines.map((line, k) => ({label: line.name, stroke: colour(`--line-${k}`), width: 1.6, dash: dashOf(k), spanGaps: false, points: {show: false}}))],
     hooks: {
       setCursor: [(u) => told(u.cursor.idx ?? null)],
-      setScale: [(u, key) => { if (key === "x" && u.data[0].length) zoomed(u.scales.x.min > u.data[0][0] || u.scales.x.max < u.data[0].at(-1)); }],
+      setScale: [(u, key) => { if (key === "x" && u.data[0].length) zoomed(isZoomed(u)); }],
     },
   }, data, parent);
 }
@@ -103,8 +106,8 @@ export function TimePlot({title, x, lines, of = "frame", choose}) {
   useEffect(() => {
     const made = plot.current;
     if (!made) return;
-    // What was zoomed to stays, as long as it is there.
-    const keep = zoomed && made.scales.x.min >= x[0] && made.scales.x.max <= x.at(-1);
+    // What was zoomed to stays, as long as it is there. The plot knows it before this component does.
+    const keep = isZoomed(made) && made.scales.x.min >= x[0] && made.scales.x.max <= x.at(-1);
     // Keys have chosen a number, the mouse a place.
     const chosen = document.activeElement === place.current && made.cursor.idx !== null ? made.data[0][made.cursor.idx] : null;
     made.setData(drawn({x, lines}), !keep);

@@ -270,12 +270,12 @@ TEST_CASE("viewers that come and go leave no files and no threads behind", "[web
     const auto files = open_files(), count = threads();
     for (int i = 0; i < 12; ++i)
         visit(), rest();
-    // A look at the daemons holds some of its own.
+    // A look at the daemons holds some of its own, and the daemon has a thread for it.
     const auto end = std::chrono::steady_clock::now() + timeout;
-    while (open_files() > files && std::chrono::steady_clock::now() < end)
+    while ((open_files() > files || threads() > count) && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(5ms);
     CHECK(open_files() <= files);
-    CHECK(threads() == count);
+    CHECK(threads() <= count);
 }
 
 } // namespace live_pictures_test
