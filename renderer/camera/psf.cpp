@@ -49,8 +49,8 @@ void check_table_size(const PsfExtent& extent, std::size_t bands, std::size_t pl
 
 } // namespace
 
-std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vector<SpectralBand>& bands) {
-    const scene::PointSpread& s = camera.psf;
+std::unique_ptr<const Psf> Psf::make(scene::Camera& camera, const std::vector<SpectralBand>& bands) {
+    const scene::PointSpread s = camera.psf;
     using Model = scene::PointSpread::Model;
     if (s.model == Model::gaussian && s.defocus_m == 0) return nullptr;
     check_point_spread(camera);
@@ -60,8 +60,14 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
     psf->aspect_ = camera.pixel_aspect();
     psf->chromatic_ = bands.size() > 1 && s.model != Model::gaussian;
     if (s.model == Model::table) {
-        psf->add_images(s.file, bands.size());
-        return psf;
+        const std::vector<PsfImage> images = read_psf_file(s.file);
+        psf->add_images(images, s.file, bands.size());
+        if (!std::all_of(images.begin(), images.end(), [](const PsfImage& i) { return i.is_point(); }))
+            return psf;
+        // Tables would smear a point over an eighth of a pixel.
+        camera.psf = {};
+        camera.psf_sigma_px = 0;
+        return nullptr;
     }
     psf->field_x_ = psf->field_y_ = {0};
     check_table_size(psf->extent(), bands.size(), 1);
@@ -69,8 +75,7 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
     return psf;
 }
 
-void Psf::add_images(const std::string& file, std::size_t bands) {
-    const std::vector<PsfImage> images = read_psf_file(file);
+void Psf::add_images(const std::vector<PsfImage>& images, const std::string& file, std::size_t bands) {
     std::set<double> xs;
     std::set<double> ys;
     for (const PsfImage& i : images) {

@@ -18,6 +18,7 @@
 namespace obscura::renderer {
 
 struct PsfExtent;
+struct PsfImage;
 struct PsfTables;
 
 /// Field positions about an image point, for which the PSF is given, and their weights.
@@ -30,9 +31,9 @@ struct PsfZones {
 /// added point by point (PointSplatter) or by convolution (WingKernels). Immutable; thread-safe.
 class Psf {
 public:
-    /// Null for a plain Gaussian: use GaussianPsf. Throws ConfigError or InputError.
-    static std::unique_ptr<const Psf> make(const scene::Camera& camera,
-                                           const std::vector<SpectralBand>& bands);
+    /// Null for a plain Gaussian: use GaussianPsf. A table of points alone becomes one in `camera`, of sigma
+    /// 0. Throws ConfigError or InputError.
+    static std::unique_ptr<const Psf> make(scene::Camera& camera, const std::vector<SpectralBand>& bands);
 
     /// Whether the PSF differs between bands.
     [[nodiscard]] bool chromatic() const { return chromatic_; }
@@ -76,8 +77,8 @@ public:
 private:
     Psf() = default;
 
-    /// Adds all field positions of a file of images. Throws ConfigError or InputError.
-    void add_images(const std::string& file, std::size_t bands);
+    /// Adds all field positions of the images of a file. Throws ConfigError or InputError.
+    void add_images(const std::vector<PsfImage>& images, const std::string& file, std::size_t bands);
     /// Adds the next field position.
     void add_zone(PsfTables tables);
     [[nodiscard]] PsfExtent extent() const;

@@ -84,12 +84,12 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
         if (kind != IMAGE_HDU) continue;
         fits_get_img_param(fits.get(), 3, &bits, &axes, size, &status);
         if (status != 0 || axes == 0) continue;
-        if (axes > 3 || axes < 2 || size[0] < 3 || size[1] < 3 || size[0] > largest_side ||
+        if (axes > 3 || axes < 2 || size[0] < 1 || size[1] < 1 || size[0] > largest_side ||
             size[1] > largest_side || size[2] < 1 || size[2] > max_images)
             refuse(
                 file,
                 fmt::format(
-                    "extension {}: {} x {} x {} values: allowed are images, or cubes of them, of 3 to {} a side",
+                    "extension {}: {} x {} x {} values: allowed are images, or cubes of them, of 1 to {} a side",
                     hdu - 1, size[0], size[1], size[2], largest_side));
         PsfImage image;
         image.width = static_cast<std::int32_t>(size[0]);

@@ -8,7 +8,8 @@
 
 namespace obscura::renderer {
 
-/// Image of a point source before integration over pixels; the point is in the middle.
+/// Image of a point source before integration over pixels; the point is in the middle. An axis of one sample
+/// is not spread along that axis.
 struct PsfImage {
     std::int32_t width = 0, height = 0;
     std::vector<double> values;   ///< row by row, top first; any unit
@@ -18,6 +19,8 @@ struct PsfImage {
     double field_x = 0, field_y = 0; ///< FIELDX, FIELDY: sensor pixel
     std::int32_t band = 0;           ///< BAND, from 1; 0: all
 
+    /// Whether all light is in the point itself.
+    [[nodiscard]] bool is_point() const { return width == 1 && height == 1; }
     [[nodiscard]] double sum() const;
     /// Value at a point relative to the middle, by linear interpolation; 0 outside.
     [[nodiscard]] double at(double x, double y) const;

@@ -205,13 +205,19 @@ PsfTables image_psf_tables(const std::vector<PsfImage>& images, const std::strin
     PsfTables tables;
     for (std::size_t b = 0; b < bands; ++b) {
         const PsfImage& image = image_of(images, file, field, b);
-        // Samples per pitch of the columns, along both axes.
-        const double across = image.samples_per_pixel;
-        const double down = image.samples_per_row > 0 ? image.samples_per_row / extent.aspect : across;
+        // Samples per pitch of the columns, along both axes. One sample alone is as narrow as the grid.
+        const double square = image.samples_per_pixel;
+        const double across = image.width == 1 ? PsfCore::per_pixel : square;
+        const double down = image.height == 1           ? PsfCore::per_pixel / extent.aspect
+                            : image.samples_per_row > 0 ? image.samples_per_row / extent.aspect
+                                                        : square;
         const double scale = across * down / image.sum();
         const auto psf_at = [&](double dx, double dy) { return scale * image.at(dx * across, dy * down); };
+        const bool line = image.width == 1 || image.height == 1;
         const auto ring = [&](double r) {
-            constexpr int points = 64;
+            constexpr int points_per_px = 2 * PsfCore::per_pixel;
+            const int points =
+                line ? std::max(64, static_cast<int>(std::ceil(2 * pi * r * points_per_px))) : 64;
             double mean = 0;
             for (int k = 0; k < points; ++k)
                 mean += psf_at(r * std::cos(2 * pi * k / points), r * std::sin(2 * pi * k / points)) / points;
@@ -220,7 +226,8 @@ PsfTables image_psf_tables(const std::vector<PsfImage>& images, const std::strin
         const int finer = std::max(1, static_cast<int>(std::max(across, down) / PsfCore::per_pixel));
         double inside = 1;
         if (extent.has_wings()) {
-            inside = core_light(tabulate(ring, extent.core_px, 1.0 / 16), extent.core_px);
+            if (!image.is_point())
+                inside = core_light(tabulate(ring, extent.core_px, 1.0 / 16), extent.core_px);
             tables.wings.push_back(wing_table(ring, extent.core_px, extent.wings_px));
         }
         tables.grids.push_back(grid_of(psf_at, extent, inside, finer));

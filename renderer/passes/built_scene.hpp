@@ -37,9 +37,9 @@ struct BuiltScene {
     scene::Scene scene;
     RenderSettings settings; ///< with the number of threads, and at least one of what must be
     std::unique_ptr<const Projection> lens;
-    GaussianPsf gaussian_psf;
-    std::optional<GaussianPsf> grid_psf; ///< of points of the sample grid that are means already
     std::unique_ptr<const Psf> psf;      ///< null: the Gaussian
+    GaussianPsf gaussian_psf;            ///< after `psf`, which may set its sigma
+    std::optional<GaussianPsf> grid_psf; ///< of points of the sample grid that are means already
     std::vector<BuiltBody> bodies;
     std::vector<const SurfaceTiles*> terrains; ///< tiles of the bodies, each once
     std::vector<Vec3> landmarks_m;             ///< see landmark_points()

@@ -41,22 +41,10 @@ std::string fits_of(const Psf& psf) {
     return text;
 }
 
-/// Takes the function, whose file is made. Scene files want 3 values a side.
+/// Takes the function, whose file is made.
 void use(ClientState& client_state, Psf psf) {
     const std::string before = client_state.camera.psf.file;
-    if (psf.width > 0) {
-        Psf padded = psf;
-        padded.width = std::max(psf.width + 2, 3);
-        padded.height = std::max(psf.height + 2, 3);
-        padded.support_w = psf.support_w * padded.width / psf.width;
-        padded.support_h = psf.support_h * padded.height / psf.height;
-        padded.weights.assign(
-            static_cast<std::size_t>(padded.width) * static_cast<std::size_t>(padded.height), 0);
-        for (std::int32_t row = 0; row < psf.height; ++row)
-            std::copy_n(psf.weights.begin() + static_cast<std::ptrdiff_t>(row) * psf.width, psf.width,
-                        padded.weights.begin() + static_cast<std::ptrdiff_t>(row + 1) * padded.width + 1);
-        psf.file = client_state.own.write(".fits", fits_of(padded));
-    }
+    if (psf.width > 0) psf.file = client_state.own.write(".fits", fits_of(psf));
     client_state.camera.psf = std::move(psf);
     client_state.own.remove(before);
 }
@@ -102,17 +90,48 @@ double weight_at(const Psf& psf, double x_px, double y_px) {
                     static_cast<std::size_t>(column)]);
 }
 
+/// One axis of a grid for two functions.
+struct BlendedAxis {
+    std::int32_t samples = 0;
+    double support = 0;                        ///< pixels
+    double core_support = 0, tail_support = 0; ///< of the functions on it: that of a point is one sample
+};
+
+/// An odd number of samples, so that one is in the middle. Where a function is a point, they are as dense as
+/// the renderer's tables, or a multiple of that.
+BlendedAxis blended_axis(std::int32_t core, double core_support, std::int32_t tail, double tail_support) {
+    constexpr double most = 1023, table_per_pixel = 8, largest_px = 256;
+    BlendedAxis axis{1, std::max(core_support, tail_support), core_support, tail_support};
+    const double finer = std::max(core / core_support, tail / tail_support);
+    if (core > 1 && tail > 1) {
+        axis.samples = static_cast<std::int32_t>(std::clamp(std::ceil(axis.support * finer), 3.0, most)) | 1;
+        return axis;
+    }
+    if (core == 1) axis.core_support = 0;
+    if (tail == 1) axis.tail_support = 0;
+    axis.support = std::max(axis.core_support, axis.tail_support);
+    double rate = table_per_pixel;
+    if (axis.support > 0) {
+        const double needed = core == 1 ? tail / tail_support : core / core_support;
+        rate *=
+            std::clamp(std::ceil(needed / rate), 1.0, std::max(1.0, std::floor(most / axis.support / rate)));
+        axis.samples = static_cast<std::int32_t>(std::ceil(std::min(axis.support, largest_px) * rate)) | 1;
+    }
+    axis.support = axis.samples / rate;
+    if (core == 1) axis.core_support = 1 / rate;
+    if (tail == 1) axis.tail_support = 1 / rate;
+    return axis;
+}
+
 /// Both functions on one grid: `share` of the light is in the tail.
-Psf blended(const Psf& core, const Psf& tail, double share) {
+Psf blended(Psf core, Psf tail, double share) {
+    const BlendedAxis across = blended_axis(core.width, core.support_w, tail.width, tail.support_w);
+    const BlendedAxis down = blended_axis(core.height, core.support_h, tail.height, tail.support_h);
+    core.support_w = across.core_support, core.support_h = down.core_support;
+    tail.support_w = across.tail_support, tail.support_h = down.tail_support;
     Psf both;
-    both.support_w = std::max(core.support_w, tail.support_w);
-    both.support_h = std::max(core.support_h, tail.support_h);
-    constexpr double most = 1023;
-    const auto samples = [&](double support, double a, double b) {
-        return static_cast<std::int32_t>(std::clamp(std::ceil(support * std::max(a, b)), 3.0, most)) | 1;
-    };
-    both.width = samples(both.support_w, core.width / core.support_w, tail.width / tail.support_w);
-    both.height = samples(both.support_h, core.height / core.support_h, tail.height / tail.support_h);
+    both.width = across.samples, both.height = down.samples;
+    both.support_w = across.support, both.support_h = down.support;
     const auto light = [](const Psf& psf) {
         return std::accumulate(psf.weights.begin(), psf.weights.end(), 0.0) * psf.support_w * psf.support_h /
                (static_cast<double>(psf.width) * psf.height);

@@ -12,12 +12,13 @@
 
 namespace obscura::test {
 
-/// An image of a PSF for a FITS table, square.
+/// An image of a PSF for a FITS table, square unless its width or height is set.
 struct Plane {
     int side = 0;
     std::vector<double> values;
     double oversampling = 1, x = 0, y = 0;
     int band = 0;
+    int width = 0, height = 0;
 };
 
 /// Writes a table of them; returns its path.
@@ -27,7 +28,7 @@ inline std::string write_fits(const TempFolder& folder, const std::string& name,
     int status = 0;
     fits_create_diskfile(&fits, file.c_str(), &status);
     for (Plane& p : planes) {
-        long size[2] = {p.side, p.side};
+        long size[2] = {p.width > 0 ? p.width : p.side, p.height > 0 ? p.height : p.side};
         fits_create_img(fits, DOUBLE_IMG, 2, size, &status);
         fits_write_key(fits, TDOUBLE, "OVERSAMP", &p.oversampling, nullptr, &status);
         fits_write_key(fits, TDOUBLE, "FIELDX", &p.x, nullptr, &status);

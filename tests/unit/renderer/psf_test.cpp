@@ -11,6 +11,8 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -312,6 +314,51 @@ TEST_CASE("A table of places: the PSF changes over the field, and between its pl
                     {frame.begin() + static_cast<std::ptrdiff_t>(band * 101 * 101),
                      frame.begin() + static_cast<std::ptrdiff_t>((band + 1) * 101 * 101)}};
         CHECK_THAT(moments(image).width2, WithinRel((band == 0 ? 0.36 : 2.25) + 1.0 / 12, 0.01));
+    }
+}
+
+TEST_CASE("A table of one sample is a point: it smears nothing") {
+    const TempFolder folder;
+    for (const double oversampling : {1.0, 0.2, 8.0}) {
+        const Plane one{1, {0.3}, oversampling};
+        scene::Scene s = table_scene(write_fits(folder, fmt::format("{}.fits", oversampling), {one}), 32);
+        s.camera.psf.wings_px = oversampling == 8 ? 20 : 0;
+        // Half a pixel is from its middle to its edge: column 15.5 + 0.9, row 15.5 - 0.1.
+        add_star(s, 0.9, -0.1);
+        const Image seen = render(renderer::Renderer(s, {}));
+        CHECK_THAT(static_cast<double>(seen.at(16, 15)), WithinRel(star_light(s), 1e-6));
+        CHECK_THAT(moments(seen).sum, WithinRel(static_cast<double>(seen.at(16, 15)), 1e-9));
+        // A limb is that of pixels without a PSF, bit for bit.
+        scene::Scene ball = sphere_scene(renderer::LambertParameters{0}, 0.5, 10, 32);
+        ball.camera.psf = s.camera.psf;
+        const Image table = render(renderer::Renderer(ball, {16, 2, 1}));
+        ball.camera.psf = {};
+        ball.camera.psf_sigma_px = 0;
+        CHECK(table.values == render(renderer::Renderer(ball, {16, 2, 1})).values);
+    }
+}
+
+TEST_CASE("A table of one sample along an axis is a line: it spreads along the other only") {
+    const TempFolder folder;
+    for (const bool upright : {false, true}) {
+        Plane line = gaussian(1);
+        line.side = 161;
+        line.values.clear();
+        for (int i = 0; i < line.side; ++i)
+            line.values.push_back(std::exp(-std::pow((i - 80) / 8.0, 2) / 2));
+        (upright ? line.width : line.height) = 1;
+        scene::Scene s = table_scene(write_fits(folder, upright ? "up.fits" : "across.fits", {line}), 33);
+        add_star(s, 0, 0);
+        const Image seen = render(renderer::Renderer(s, {}));
+        double within = 0, spread = 0;
+        for (int i = 0; i < 33; ++i) {
+            const auto v = static_cast<double>(upright ? seen.at(16, i) : seen.at(i, 16));
+            within += v;
+            spread += v * (i - 16) * (i - 16);
+        }
+        CHECK_THAT(within, WithinRel(star_light(s), 1e-5));
+        CHECK_THAT(moments(seen).sum, WithinRel(star_light(s), 1e-5));
+        CHECK_THAT(spread / within, WithinRel(1 + 1.0 / 12, 0.01));
     }
 }
 

@@ -265,6 +265,37 @@ TEST_CASE("a PSF image spreads each star, and none gives it to one pixel", "[ser
     client.call("render");
     const std::vector<float> sharp = client.numbers("getImageGray32F");
     CHECK_THAT(static_cast<double>(*std::max_element(sharp.begin(), sharp.end())), WithinRel(1.0, 1e-5));
+    // One weight is a point, whatever it covers; a line of three keeps its columns.
+    for (const double support : {-1.0, 1.0, 7.0}) {
+        client.call("setPSF", psf(1, 1, {0.25F}, support));
+        client.call("render");
+        CHECK(client.numbers("getImageGray32F") == sharp);
+    }
+    client.call("setPSF", psf(1, 3, {1, 1, 1}, -1));
+    client.call("render");
+    const std::vector<float> line = client.numbers("getImageGray32F");
+    double in_column = 0;
+    for (std::size_t row = 0; row < 33; ++row)
+        in_column += static_cast<double>(line[33 * row + 16]);
+    CHECK_THAT(in_column, WithinRel(1.0, 1e-3));
+    CHECK_THAT(light_of(line, 33).sum, WithinRel(1.0, 1e-3));
+    // A point with a tail of a quarter of the light, spread over 5 x 5 pixels.
+    Fields tailed = psf(1, 1, {1}, 1);
+    std::string tail(25 * sizeof(float), '\0');
+    const std::vector<float> even(25, 1.0F);
+    std::memcpy(tail.data(), even.data(), tail.size());
+    for (const Field& field : Fields{{"w_tail", 5},
+                                     {"h_tail", 5},
+                                     {"psf_tail", Bytes{tail}},
+                                     {"support_w_tail", 5.0},
+                                     {"support_h_tail", 5.0},
+                                     {"PSF_tail_coef", 0.25}})
+        tailed.push_back(field);
+    client.call("setPSFWithTail", tailed);
+    client.call("render");
+    const std::vector<float> both = client.numbers("getImageGray32F");
+    CHECK_THAT(static_cast<double>(*std::max_element(both.begin(), both.end())), WithinRel(0.76, 5e-3));
+    CHECK_THAT(light_of(both, 33).sum, WithinRel(1.0, 1e-3));
     client.refuse("setPSF", psf(5, 5, {1, 2, 3}, 5), "12 bytes, allowed 100");
     client.refuse("setPSF", psf(1, 1, {-1}, 1), "negative");
     client.refuse("setPSF", psf(3, 1, {0, 0, 0}, 1), "all weights are 0");
