@@ -21,6 +21,8 @@ using images::Image;
 using Parameters = std::array<double, 3>;
 constexpr std::size_t parameter_count = 3;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr Parameters undetermined{infinite, infinite, infinite};
 
 /// Directions of an image's pixels, and both images smoothed.
 class Fit {
@@ -192,8 +194,8 @@ void refine_pointing(const Fit& fit, const Parameters& limits, Parameters& p) {
 
 /// Standard errors in the units of the parameters.
 Parameters errors(const Fit& fit, const Parameters& limits, const Parameters& p) {
-    constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
-    Parameters out{infinite, infinite, infinite};
+    constexpr double h = 0.5;
+    Parameters out = undetermined;
     Parameters slope{};
     const auto correlation = [&](const Parameters& at) { return total(block_shares(fit.difference(at))); };
     const std::optional<Matrix> bread = inverse(curvature(correlation, p, h, slope));
@@ -214,7 +216,7 @@ Parameters errors(const Fit& fit, const Parameters& limits, const Parameters& p)
     }
     const std::vector<double> variances = fit_variances(images, inverse_curvature);
     for (std::size_t i = 0; i < parameter_count; ++i)
-        if (std::abs(p[i]) < limits[i] - 1e-9) out[i] = std::sqrt(variances[i]);
+        if (limits[i] > 0) out[i] = std::sqrt(variances[i]);
     return out;
 }
 
@@ -238,7 +240,7 @@ PointingFit fit_pointing(const Image& reference, const Image& image, const rende
     shift.sub_pixel = false;
     const Agreement plain = compare_images(reference, image, shift);
     const Fit fit(reference, image, lens);
-    const auto limit = static_cast<double>(settings.max_shift_px);
+    const auto limit = static_cast<double>(plain.limit_px);
     const Parameters limits{limit, limit, settings.max_roll_rad / fit.roll_unit()};
 
     // Search the rolls in steps of two pixels at the middle of the longer half.
@@ -256,7 +258,13 @@ PointingFit fit_pointing(const Image& reference, const Image& image, const rende
     refine_pointing(fit, limits, best);
     PointingFit out;
     out.pointing = fit.pointing(best);
-    out.error = fit.pointing(errors(fit, limits, best));
+    out.limit_px = plain.limit_px;
+    bool* const at_limit[] = {&out.right_at_limit, &out.down_at_limit, &out.roll_at_limit};
+    for (std::size_t i = 0; i < parameter_count; ++i)
+        *at_limit[i] = ends_at_limit(best[i], limits[i], [&](double beyond) {
+            return fit.correlation(moved(best, i, beyond - best[i]));
+        });
+    out.error = fit.pointing(out.at_limit() ? undetermined : errors(fit, limits, best));
     out.correlation = fit.correlation(best);
     return out;
 }

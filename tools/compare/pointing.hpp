@@ -21,8 +21,15 @@ struct Pointing {
 
 struct PointingFit {
     Pointing pointing;
-    Pointing error; ///< standard errors; infinite where the correlation has no maximum in the search range
+    /// Standard errors; infinite where the correlation has no maximum in the search range, and all of them
+    /// where an angle ends at its limit, beside which the others are not the best ones.
+    Pointing error;
+    std::int32_t limit_px = 0; ///< largest shift that was searched for, see Agreement
+    /// Whether each angle ends at its limit, so that the best one may lie beyond; not if its limit is 0.
+    bool right_at_limit = false, down_at_limit = false, roll_at_limit = false;
     double correlation = 0; ///< of the smoothed images at the fitted pointing
+
+    [[nodiscard]] bool at_limit() const { return right_at_limit || down_at_limit || roll_at_limit; }
 };
 
 struct PointingSettings {

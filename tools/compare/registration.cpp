@@ -116,10 +116,9 @@ void refine(const Image& reference, const Image& image, double limit, double& x,
     }
 }
 
-/// Standard errors of the shift (x, y) found within `limit`.
-void estimate_errors(const Image& reference, const Image& image, double limit, double x, double y,
-                     Agreement& out) {
-    constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
+/// Standard errors of the shift (x, y).
+void estimate_errors(const Image& reference, const Image& image, double x, double y, Agreement& out) {
+    constexpr double h = 0.5;
     const auto pair_at = [&](double dx, double dy) {
         return std::pair{shifted(reference, -(x + dx) / 2, -(y + dy) / 2),
                          shifted(image, (x + dx) / 2, (y + dy) / 2)};
@@ -139,16 +138,11 @@ void estimate_errors(const Image& reference, const Image& image, double limit, d
         -(correlation(at(h, h)) + correlation(at(-h, -h)) - correlation(at(h, -h)) - correlation(at(-h, h))) /
         (4 * h * h);
     const double determinant = hxx * hyy - hxy * hxy;
-    if (!(hxx > 0 && hyy > 0 && determinant > 0)) {
-        out.error_x_px = out.error_y_px = infinite;
-        return;
-    }
+    if (!(hxx > 0 && hyy > 0 && determinant > 0)) return;
     const std::vector<double> variances = fit_variances(
         fit, std::array{hyy / determinant, -hxy / determinant, -hxy / determinant, hxx / determinant});
-    constexpr double border_px = 1e-9;
-    const bool border_x = std::abs(x) > limit - border_px, border_y = std::abs(y) > limit - border_px;
-    out.error_x_px = border_x ? infinite : std::sqrt(variances[0]);
-    out.error_y_px = border_y ? infinite : std::sqrt(variances[1]);
+    out.error_x_px = std::sqrt(variances[0]);
+    out.error_y_px = std::sqrt(variances[1]);
 }
 
 } // namespace
@@ -226,6 +220,7 @@ Agreement compare_images(const Image& reference, const Image& image, const Regis
     const std::int32_t limit =
         std::min({settings.max_shift_px, reference.width / 2 - 1, reference.height / 2 - 1});
     Agreement out;
+    out.limit_px = limit;
     out.correlation_unshifted = correlation_at(reference, image, {});
     if (limit > 0) {
         const Shift whole = search_pyramid(reference, image, limit);
@@ -233,8 +228,14 @@ Agreement compare_images(const Image& reference, const Image& image, const Regis
     }
     if (limit > 0 && settings.sub_pixel) {
         const Image a = smoothed(reference), b = smoothed(image);
-        refine(a, b, limit, out.shift_x_px, out.shift_y_px);
-        estimate_errors(a, b, limit, out.shift_x_px, out.shift_y_px, out);
+        double &x = out.shift_x_px, &y = out.shift_y_px;
+        refine(a, b, limit, x, y);
+        const auto correlation = [&](double dx, double dy) { return sums_at(a, b, dx, dy).correlation(); };
+        out.at_limit_x = ends_at_limit(x, limit, [&](double beyond) { return correlation(beyond, y); });
+        out.at_limit_y = ends_at_limit(y, limit, [&](double beyond) { return correlation(x, beyond); });
+        // At a limit the other shift is the best one beside it only.
+        out.error_x_px = out.error_y_px = std::numeric_limits<double>::infinity();
+        if (!out.at_limit_x && !out.at_limit_y) estimate_errors(a, b, x, y, out);
     }
     const RegressionSums s = sums_at(reference, image, out.shift_x_px, out.shift_y_px);
     out.pixels = s.n;

@@ -20,8 +20,12 @@ struct Agreement {
     double residual_rms = 0; ///< rms of image - scale * reference - offset
     double image_rms = 0;    ///< rms of the image over the same pixels
     std::int64_t pixels = 0; ///< pixels compared: inside both images, NaN in neither
+    /// Largest shift that was searched for; less than the setting where the images are smaller.
+    std::int32_t limit_px = 0;
+    /// Whether the shift ends at that limit, so that the best one may lie beyond.
+    bool at_limit_x = false, at_limit_y = false;
     /// Standard errors of the shift; infinite where the correlation has no maximum within the search range
-    /// (it still rises at the border, or the images are constant in that direction).
+    /// (either shift ends at the limit, or the images are constant in that direction).
     double error_x_px = 0, error_y_px = 0;
 };
 

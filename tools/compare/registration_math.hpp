@@ -52,6 +52,16 @@ inline std::array<double, 4> cubic_weights(double t) {
             -0.5 * t2 + 0.5 * t3};
 }
 
+/// Whether a parameter of a fit ends at the limit of its search: on it, or just before it with a higher
+/// correlation beyond. `correlation_at`: of the parameter, the others as fitted. False if the limit is 0.
+template<class Correlation>
+[[nodiscard]] bool ends_at_limit(double value, double limit, const Correlation& correlation_at) {
+    constexpr double rounding = 1e-9, near = 0.1;
+    const double inside = limit - std::abs(value);
+    if (!(limit > 0) || inside > near) return false;
+    return inside <= rounding || correlation_at(std::copysign(limit + near, value)) > correlation_at(value);
+}
+
 /// Image smoothed by a Gaussian of one pixel; NaN pixels are left out. Interpolation smooths noise by an
 /// amount that depends on the shift, and smoother images correlate better: without this filter shifts are
 /// biased towards odd multiples of half a pixel by a tenth of a pixel or more.

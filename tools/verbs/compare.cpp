@@ -34,6 +34,10 @@
 namespace obscura::tools {
 namespace {
 
+/// Limits of --max-shift and --max-roll.
+constexpr std::int32_t widest_shift_px = 1024;
+constexpr double widest_roll_deg = 45;
+
 class Compare final : public Verb {
 public:
     void declare(host::CommandLine& line) override {
@@ -44,7 +48,7 @@ public:
             "Reads FITS, PNG, OpenEXR and PDS3 (attached label, or the detached label as the file). "
             "Pixels that are NaN in either image are left out. "
             "The standard error of the shift contains noise and what the images do not share otherwise (texture, shape, shading), estimated from the autocorrelation of the residual and from the scatter between blocks of the image: a shift of several standard errors is significant. "
-            "None is given where the correlation has no maximum within --max-shift, because the shift is then undetermined. "
+            "None is given where the correlation has no maximum within --max-shift (and --max-roll), because the fit is then undetermined; which limit it ends at, and how to widen that, is said. "
             "With --scene, the scene file that IMAGE was rendered from, the report also gives the scale in I/F (pi times the radiance over the Sun's irradiance at the scene's first body), which is dimensionless where REFERENCE is in I/F; "
             "and --pointing fits three angles of the camera instead of a shift: right, down and roll. "
             "If both files are star lists, CSV tables with the columns x_px and y_px (or x and y), or ra_deg and dec_deg, and magnitudes (mag, v_mag, magnitude_v, V) or fluxes (flux, signal_e, ...): matches the stars, the nearest pairs first, and prints number, mean shift and rms distance of the pairs, and the zero point: mean and scatter of the magnitude of the star in IMAGE less that in REFERENCE.";
@@ -75,7 +79,7 @@ public:
         line.option("--pairs", &pairs_, "FILE.csv", "Star lists: write the pairs and their differences");
         line.number("--max-shift", &settings_.max_shift_px, "PX",
                     "Largest shift to search for in each direction, in pixels; 0: compare unshifted", 0,
-                    1024);
+                    widest_shift_px);
         line.option(
             "--scene", &scene_file_, "SCENE",
             "Scene file (TOML) that IMAGE was rendered from, whole sensor: its camera and Sun, for I/F and --pointing");
@@ -84,7 +88,7 @@ public:
                   "the other figures are those of IMAGE at the fitted pointing");
         line.number("--max-roll", &max_roll_deg_, "DEG",
                     "Largest roll to search for with --pointing, in degrees; the shift has --max-shift", 0,
-                    45);
+                    widest_roll_deg);
         line.flag("--no-offset", no_offset_, "Fit a scale without an offset: IMAGE = scale * REFERENCE");
         line.number(
             "--blocks", &block_, "PX",
@@ -120,6 +124,7 @@ public:
             throw host::UsageError("obscura compare: --pointing needs --scene, for the camera");
         std::optional<RenderedScene> rendered;
         if (!scene_file_.empty()) rendered.emplace(scene_of(image));
+        searched_px_ = settings_.max_shift_px;
         std::optional<PointingFit> fit;
         if (pointing_) {
             fit = fit_pointing(reference, image, *rendered->lens,
@@ -253,9 +258,36 @@ private:
         if (settings_.max_shift_px == 0) return;
         report.add("shift_x_error_px", "standard error, right", finite(a.error_x_px), "px", 3);
         report.add("shift_y_error_px", "standard error, down", finite(a.error_y_px), "px", 3);
+        std::string ends;
+        const std::string wider = wider_shift(a.limit_px);
+        add_end(ends, a.at_limit_x, "shift, right", wider);
+        add_end(ends, a.at_limit_y, "shift, down", wider);
+        report_ends(report, "shift_at_limit", ends);
     }
 
-    static void report_pointing(Report& report, const PointingFit& fit, const scene::Camera& camera) {
+    /// The limit of a shift, and how to widen it.
+    [[nodiscard]] std::string wider_shift(std::int32_t limit_px) const {
+        if (limit_px < searched_px_)
+            return fmt::format("{} px, which the size of the images allows", limit_px);
+        return limit_px >= widest_shift_px ? fmt::format("{} px, the most that --max-shift allows", limit_px)
+                                           : fmt::format("{} px: widen it with --max-shift {}", limit_px,
+                                                         std::min(2 * limit_px, widest_shift_px));
+    }
+
+    static void add_end(std::string& ends, bool at_limit, std::string_view what, std::string_view limit) {
+        if (at_limit)
+            ends += fmt::format("{}{} ends at its limit of {}", ends.empty() ? "" : "; ", what, limit);
+    }
+
+    /// Says which parameters of a fit end at their limits, so that it has no errors.
+    static void report_ends(Report& report, std::string_view key, const std::string& ends) {
+        report.add(key, "at a limit of the search", !ends.empty());
+        if (!ends.empty())
+            report.add(fmt::format("{}_reason", key), "no standard errors",
+                       fmt::format("{}. The best fit may lie beyond", ends));
+    }
+
+    void report_pointing(Report& report, const PointingFit& fit, const scene::Camera& camera) {
         const auto add = [&](const char* key, const char* label, double angle_rad, double error_rad) {
             report.add(fmt::format("pointing_{}_deg", key), fmt::format("pointing, {}", label),
                        std::optional(angle_rad / degree), "deg", 5);
@@ -265,6 +297,16 @@ private:
         add("right", "right", fit.pointing.right_rad, fit.error.right_rad);
         add("down", "down", fit.pointing.down_rad, fit.error.down_rad);
         add("roll", "roll (right towards down)", fit.pointing.roll_rad, fit.error.roll_rad);
+        std::string ends;
+        const std::string wider = wider_shift(fit.limit_px);
+        add_end(ends, fit.right_at_limit, "right", wider);
+        add_end(ends, fit.down_at_limit, "down", wider);
+        add_end(ends, fit.roll_at_limit, "roll",
+                max_roll_deg_ >= widest_roll_deg
+                    ? fmt::format("{:g} deg, the most that --max-roll allows", max_roll_deg_)
+                    : fmt::format("{:g} deg: widen it with --max-roll {:g}", max_roll_deg_,
+                                  std::min(2 * max_roll_deg_, widest_roll_deg)));
+        report_ends(report, "pointing_at_limit", ends);
         const Quat q = normalized(camera.motion.samples.front().pose.orientation * fit.pointing.turn());
         report.add("orientation", "camera.orientation of the scene, corrected",
                    fmt::format("[{:.12f}, {:.12f}, {:.12f}, {:.12f}]", q.w, q.x, q.y, q.z));
@@ -349,6 +391,7 @@ private:
     StretchOptions stretch_options_;
     RegistrationSettings settings_;
     double max_roll_deg_ = 1;
+    std::int32_t searched_px_ = 0; ///< as --max-shift says
     std::int32_t block_ = 0;
     double min_correlation_ = -1, max_offset_ = 0;
     StarListChoice reference_list_, image_list_;

@@ -124,6 +124,37 @@ TEST_CASE("the standard errors of a pointing are what fits scatter by, and none 
     CHECK(!(fit.error.right_rad < 3 * pixel));
 }
 
+TEST_CASE("a pointing that ends at a limit of the search says which, without errors") {
+    const scene::Camera c = camera(10e-6);
+    const auto lens = renderer::make_projection(c);
+    const double pixel = c.pixel_pitch_m / c.focal_length_m;
+    const Image image = sky(c, Quat{}, 0.02, 1);
+    // Right is beyond 3 px, down beyond 3 px, the roll beyond 0.01 rad, and all within.
+    const double turns[][3] = {{4.5, 0.5, 0}, {0.5, -4.5, 0}, {0.5, 0.5, 0.02}, {2.6, 0.5, 0.004}};
+    for (std::size_t i = 0; i < std::size(turns); ++i) {
+        CAPTURE(i);
+        const Quat q = turn(turns[i][0] * pixel, turns[i][1] * pixel, turns[i][2]);
+        const PointingFit fit = fit_pointing(sky(c, q, 0.02, 2), image, *lens, {3, 0.01});
+        CHECK(fit.right_at_limit == (i == 0));
+        CHECK(fit.down_at_limit == (i == 1));
+        CHECK(fit.roll_at_limit == (i == 2));
+        CHECK(fit.limit_px == 3);
+        for (const double error : {fit.error.right_rad, fit.error.down_rad, fit.error.roll_rad})
+            CHECK(std::isfinite(error) == (i == 3));
+        // A shift alone.
+        if (i == 2) continue;
+        const Agreement a = compare_images(sky(c, q, 0.02, 2), image, {3, true});
+        CHECK(a.at_limit_x == (i == 0));
+        CHECK(a.at_limit_y == (i == 1));
+        CHECK(std::isfinite(a.error_x_px) == (i == 3));
+        CHECK(std::isfinite(a.error_y_px) == (i == 3));
+    }
+    // A roll that is not searched for is no limit that it ends at.
+    const PointingFit still = fit_pointing(sky(c, turn(0.5 * pixel, 0, 0), 0.02, 2), image, *lens, {3, 0});
+    CHECK(!still.at_limit());
+    CHECK(std::isfinite(still.error.right_rad));
+}
+
 TEST_CASE("pixels that are missing are left out of a pointing fit") {
     const scene::Camera c = camera(10e-6);
     const auto lens = renderer::make_projection(c);
