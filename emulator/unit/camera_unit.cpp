@@ -4,6 +4,7 @@
 #include "emulator/unit/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
 #include "renderer/world/pose_age.hpp"
+#include "renderer/world/preset_range.hpp"
 #include "service/failure.hpp"
 #include "service/tokens.hpp"
 
@@ -187,6 +188,7 @@ void CameraUnit::apply_reload(const emulator::DaemonConfig& next) {
     lens_cards_->set(renderer::lens_cards(next_renderer_->scene().camera));
     scene_fingerprint_ = next_fingerprint_;
     reported_ages_.clear();
+    presets_judged_ = false;
     const std::lock_guard lock(scenes_);
     const Time since = std::exchange(shown_since_, imaging_->clock.now());
     imaging_->maker->replace_renderer(*next_renderer_);
@@ -206,6 +208,9 @@ Heartbeats CameraUnit::heartbeats() const {
 void CameraUnit::report_pose_ages() {
     const std::optional<Time> at = camera_->scene_time();
     if (!at) return;
+    if (!std::exchange(presets_judged_, true))
+        for (const std::string& line : renderer::presets_out_of_range(scene(), imaging_->renderer->view(*at)))
+            log_warning("material: {}", line);
     double largest_s = 0;
     for (const renderer::AgedPoses& aged : renderer::aged_poses(scene(), to_seconds(at->ns))) {
         largest_s = std::max(largest_s, aged.age_s);

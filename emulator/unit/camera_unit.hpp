@@ -137,7 +137,8 @@ public:
     [[nodiscard]] const FramePool& pool() const noexcept { return *imaging_->pool; }
 
 private:
-    /// Logs once for each thing of a scene that frames show it at times its files do not cover.
+    /// Logs once for each thing of a scene that frames show it at times its files do not cover, and once the
+    /// presets of its materials that are out of range.
     void report_pose_ages();
 
     const bool uncontrolled_; ///< no client can start the acquisition
@@ -174,6 +175,7 @@ private:
     std::string address_ = "none";
     std::atomic<double> pose_age_s_{0};
     std::vector<std::string> reported_ages_; ///< AgedPoses::key of what was logged for this scene
+    bool presets_judged_ = false;            ///< presets_out_of_range() of this scene was logged
     std::mutex commands_;                    ///< of run_between_commands() without a control thread
 };
 

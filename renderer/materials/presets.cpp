@@ -39,7 +39,9 @@ scene::Material moon() {
 
 /// Disc-resolved, 550 nm: Li, A'Hearn, McFadden, Photometric analysis of Eros from NEAR data, Icarus 172, 415
 /// (2004); Li, thesis, University of Maryland (2005): w 0.33, g -0.25, theta 28 deg, B0 1.4, h 0.010,
-/// geometric albedo 0.23. p 0.230, q 0.382, A 0.088.
+/// geometric albedo 0.23. p 0.230, q 0.382, A 0.088. w mimics the spectrum from 450 to 1050 nm (MSI, seven
+/// wavelengths), g and theta are the same at all of them (abstract of the thesis): w is 0.33 times
+/// s_class_curve(), the registry says.
 scene::Material eros() {
     return hapke(0.33, 0.25, 1, 1.4, 0.010, 28);
 }

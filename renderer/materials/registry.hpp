@@ -8,12 +8,24 @@
 #include "renderer/scene/scene.hpp"
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace obscura::renderer {
+
+/// Conditions for which the figures of a preset were measured; a limit that its source leaves open is
+/// infinite.
+struct PresetRange {
+    double from_nm = 0, to_nm = 0;
+    double from_deg = 0; ///< phase angle, degrees
+    double to_deg = std::numeric_limits<double>::infinity();
+    std::string_view source{}; ///< short, for messages
+};
+/// "from 450 to 1050 nm, at phase angles of 2 to 120 deg".
+[[nodiscard]] std::string text_of(const PresetRange& range);
 
 /// One scattering law, or a preset: a law with the parameters of a real surface as its defaults.
 struct MaterialKind : scene::Kind<scene::MaterialFamily> {
@@ -22,6 +34,9 @@ struct MaterialKind : scene::Kind<scene::MaterialFamily> {
     /// Reflectance over wavelength relative to that of the parameters, for bodies of scene files that do not
     /// give a colour; empty: grey.
     std::vector<SpectralPoint> colour_curve{};
+    /// The same of the single-scattering albedo of Hapke's law, instead of colour_curve.
+    std::vector<SpectralPoint> albedo_curve{};
+    PresetRange range{}; ///< of a preset
 };
 
 /// All kinds in the order in which messages and the reference list them. The first is the default material of

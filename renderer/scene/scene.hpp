@@ -177,6 +177,7 @@ struct Body {
     /// translation along it.
     std::string parent{};
     Joint joint{};
+    std::string preset{}; ///< name of the preset that `material` is from; empty: none
     /// "file:line:column" of its table in the scene file, for messages; empty: made by a program.
     std::string position{};
 };

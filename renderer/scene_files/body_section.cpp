@@ -367,6 +367,7 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         check_body(scene, index, *read, *kernels, t);
         const bool own_colour = t.has("colour") || t.has("colour_curve");
         (*curves)[index] = own_colour ? read->colour_curve : material->colour_curve;
+        if (material->preset) scene.bodies[index].preset = material->name;
     };
     return section;
 }
@@ -375,17 +376,18 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
 struct Example {
     Body body;
     BodyKeys read;
-    std::string variant;
+    std::string variant, help;
 };
 
 /// Sections for the reference: keys of every body, then of each kind of shape and of material. The keys are
 /// bound to `bound`.
 std::vector<config::Section> make_examples(std::deque<Example>& bound) {
     std::vector<config::Section> sections;
-    const auto add = [&](std::string variant, std::string_view help) -> Example& {
+    const auto add = [&](std::string variant, std::string help) -> Example& {
         Example& example = bound.emplace_back();
         example.variant = std::move(variant);
-        config::Section& section = sections.emplace_back(config::Section{"body", help});
+        example.help = std::move(help);
+        config::Section& section = sections.emplace_back(config::Section{"body", example.help});
         section.variant = example.variant;
         return example;
     };
@@ -393,7 +395,7 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
     common.read.material = material_kinds().front().name;
     sections.back().keys = common_keys(common.body, common.read);
     for (const ShapeKind& kind : shape_kinds()) {
-        Example& example = add(fmt::format("shape = \"{}\"", kind.name), kind.help);
+        Example& example = add(fmt::format("shape = \"{}\"", kind.name), std::string(kind.help));
         example.body.shape = kind.make_default();
         sections.back().keys = keys_of(kind.parameters(example.body.shape));
         // Tables that kinds share are listed with the first of them.
@@ -408,7 +410,10 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
                      std::not_fn(listed));
     }
     for (const MaterialKind& kind : material_kinds()) {
-        Example& example = add(fmt::format("material = \"{}\"", kind.name), kind.help);
+        Example& example = add(
+            fmt::format("material = \"{}\"", kind.name),
+            kind.preset ? fmt::format("{} Known {} ({}).", kind.help, text_of(kind.range), kind.range.source)
+                        : std::string(kind.help));
         example.body.material = kind.make_default();
         const ParameterList parameters = kind.parameters(example.body.material);
         example.read.textures = textures_of(parameters);

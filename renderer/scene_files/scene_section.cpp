@@ -5,6 +5,8 @@
 #include "core/error.hpp"
 #include "ephemeris/stars/star_file.hpp"
 #include "renderer/lights/spectrum.hpp"
+#include "renderer/materials/albedo_curve.hpp"
+#include "renderer/materials/registry.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -272,9 +274,13 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
     for (std::size_t i = 0; i < scene.lamps.size(); ++i)
         check_bands(scene.lamps[i].intensity_w_sr, "lamp", i, "intensity_w_sr", scene.bands.size(), root);
     for (std::size_t i = 0; i < curves.size(); ++i) {
-        scene.bodies[i].colour_curve = curves[i];
-        for (std::size_t b = 0; !curves[i].empty() && b < scene.bands.size(); ++b)
-            scene.bodies[i].colour.push_back(renderer::sunlit_mean(curves[i], scene.bands[b]));
+        Body& body = scene.bodies[i];
+        body.colour_curve = curves[i];
+        const auto* const preset = find_kind(renderer::material_kinds(), body.preset);
+        if (preset != nullptr && !preset->albedo_curve.empty() && curves[i].empty() && body.colour.empty())
+            body.colour_curve = renderer::follow_albedo_curve(body, preset->albedo_curve, scene.bands);
+        for (std::size_t b = 0; !body.colour_curve.empty() && b < scene.bands.size(); ++b)
+            body.colour.push_back(renderer::sunlit_mean(body.colour_curve, scene.bands[b]));
     }
 }
 

@@ -5,6 +5,7 @@
 #include "ephemeris/time/time_scale.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/world/pose_age.hpp"
+#include "renderer/world/preset_range.hpp"
 #include "tools/check/report.hpp"
 
 #include <fmt/format.h>
@@ -100,6 +101,7 @@ Plausibility::Plausibility(std::string camera, const renderer::Renderer& rendere
     judge_lens(renderer.scene().camera);
     judge_date(renderer.scene());
     if (!posed_) return;
+    judge_presets(renderer.scene());
     judge_ages(renderer.scene(), frames_s.front());
     judge_bodies(renderer.scene(), views);
     judge_field(renderer.scene(), views);
@@ -134,6 +136,11 @@ void Plausibility::judge_date(const scene::Scene& scene) {
                 "the epoch lies after {}, when the leap seconds of {} expire: if one has been announced since, dates in UTC are wrong by 1 s. "
                 "Update the package tzdata, or give the epoch in TAI, TT or TDB",
                 ephemeris::date_text(*leap_seconds.expires_utc_s / 86'400), leap_seconds.source));
+}
+
+void Plausibility::judge_presets(const scene::Scene& scene) {
+    for (std::string& line : renderer::presets_out_of_range(scene, view_))
+        add("preset_range", std::move(line));
 }
 
 void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {

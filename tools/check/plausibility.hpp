@@ -84,6 +84,8 @@ private:
     void judge_lens(const scene::Camera& camera);
     /// Reports what lies outside the times of its files at scene time `at_s`.
     void judge_ages(const scene::Scene& scene, double at_s);
+    /// Reports presets of materials that are used beyond what they are known for.
+    void judge_presets(const scene::Scene& scene);
     void judge_date(const scene::Scene& scene);
     void judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views);
     void judge_field(const scene::Scene& scene, std::span<const renderer::View> views);

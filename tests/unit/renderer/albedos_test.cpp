@@ -2,6 +2,7 @@
 // Albedos and phase curves of spheres by integration: laws against closed forms, named surfaces against their
 // stated values, the Moon against published photometry.
 #include "core/error.hpp"
+#include "renderer/materials/hapke.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"
 #include "renderer/materials/material.hpp"
@@ -11,6 +12,7 @@
 #include "renderer/materials/presets.hpp"
 #include "renderer/materials/registry.hpp"
 #include "renderer/scene_files/scene_file.hpp"
+#include "renderer/world/preset_range.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -261,17 +263,79 @@ TEST_CASE("Every law with an albedo can be given its normal albedo") {
     CHECK_THAT(refused("material = \"lambert\"\n"), ContainsSubstring("the key \"albedo\" is missing"));
 }
 
-TEST_CASE("Eros has the spectrum of its class unless a scene gives another") {
-    const std::string bands = "[[band]]\nfrom_nm = 540\nto_nm = 560\n[[band]]\nfrom_nm = 950\nto_nm = 1000\n";
-    const scene::Scene own = scene_with("material = \"eros\"\n" + bands);
-    REQUIRE(own.bodies[0].colour.size() == 2);
-    CHECK_THAT(own.bodies[0].colour[0], WithinAbs(1, 0.005));
-    CHECK_THAT(own.bodies[0].colour[1], WithinAbs(1.09, 0.01));
-    const scene::Scene given = scene_with("material = \"eros\"\ncolour = [1, 1]\n" + bands);
+TEST_CASE("the single-scattering albedo of Eros follows the spectrum unless a scene gives a colour") {
+    const std::string visible = "[[band]]\nfrom_nm = 549\nto_nm = 551\n";
+    const std::string infrared = "[[band]]\nfrom_nm = 949\nto_nm = 951\n";
+    // Radiance factors for w = 0.33 and 0.33 times 1.08, the S class at 950 nm (DeMeo et al. 2009), b 0.25, c
+    // 1, B0 1.4, h 0.010, 28 degrees: Hapke (2012) in Python.
+    struct Geometry {
+        double incidence_deg, emission_deg, azimuth_deg, at_550, at_950;
+    };
+    for (const auto& g :
+         {Geometry{30, 0, 0, 0.085325, 0.093308}, Geometry{60, 30, 90, 0.038578, 0.042391},
+          Geometry{50, 46, 180, 0.031357, 0.034639}, Geometry{70, 40, 170, 0.014504, 0.016047}}) {
+        INFO(g.incidence_deg << " " << g.emission_deg << " " << g.azimuth_deg);
+        const double i = g.incidence_deg * deg, e = g.emission_deg * deg;
+        const auto radiance_factor = [&](const scene::Scene& scene, std::size_t band) {
+            const double cos_phase =
+                std::cos(i) * std::cos(e) + std::sin(i) * std::sin(e) * std::cos(g.azimuth_deg * deg);
+            return pi * scene.bodies[0].colour.at(band) *
+                   reflectance(*make(scene.bodies[0].material), std::cos(i), std::cos(e), cos_phase);
+        };
+        CHECK_THAT(radiance_factor(scene_with("material = \"eros\"\n" + visible), 0),
+                   WithinRel(g.at_550, 1e-3));
+        CHECK_THAT(radiance_factor(scene_with("material = \"eros\"\n" + infrared), 0),
+                   WithinRel(g.at_950, 1e-3));
+        // Several bands share a law: the factor between them is that of 90 degrees of phase.
+        const scene::Scene both = scene_with("material = \"eros\"\n" + visible + infrared);
+        CHECK_THAT(radiance_factor(both, 0), WithinRel(g.at_550, 0.01));
+        CHECK_THAT(radiance_factor(both, 1), WithinRel(g.at_950, 0.01));
+    }
+    const scene::Scene given = scene_with("material = \"eros\"\ncolour = [1, 1]\n" + visible + infrared);
     CHECK(given.bodies[0].colour[1] == 1);
-    const scene::Scene grey = scene_with("material = \"moon\"\n" + bands);
+    CHECK(given.bodies[0].material.get<HapkeParameters>().single_scattering_albedo == 0.33);
+    const scene::Scene own = scene_with("material = \"eros\"\nsingle_scattering_albedo = 0.2\n" + infrared);
+    CHECK_THAT(own.bodies[0].material.get<HapkeParameters>().single_scattering_albedo,
+               WithinRel(0.2 * 1.08, 1e-3));
+    const scene::Scene grey = scene_with("material = \"moon\"\n" + visible + infrared);
     for (const double factor : grey.bodies[0].colour)
         CHECK(factor == 1);
+}
+
+TEST_CASE("presets out of range are named with the range, the source and what is there instead") {
+    const auto lines = [](const std::string& keys, double phase_deg, bool in_field = true) {
+        const scene::Scene scene = scene_with(keys);
+        View view;
+        view.bodies.resize(scene.bodies.size());
+        view.bodies[0].phase_rad = phase_deg * deg;
+        view.bodies[0].in_field = in_field;
+        return presets_out_of_range(scene, view);
+    };
+    const std::string panchromatic = "[[band]]\nfrom_nm = 400\nto_nm = 1000\n";
+    const std::string late = "[[band]]\nfrom_nm = 400\nto_nm = 700\n[[band]]\nfrom_nm = 1200\nto_nm = 1300\n";
+    CHECK(lines("material = \"eros\"\n" + panchromatic, 100).empty());
+    CHECK(lines("material = \"moon\"\n" + panchromatic, 100).empty());
+    CHECK(lines("material = \"lambert\"\nalbedo = 0.1\n" + late, 100).empty());
+    const auto eros = lines("material = \"eros\"\n" + late, 100);
+    REQUIRE(eros.size() == 1);
+    CHECK_THAT(
+        eros[0],
+        ContainsSubstring("has material = \"eros\", which is known from 450 to 1050 nm (Li 2005, NEAR MSI), "
+                          "and the mean wavelength of band 2 is 12"));
+    const auto io = lines("material = \"io\"\n" + panchromatic, 30);
+    REQUIRE(io.size() == 1);
+    CHECK_THAT(io[0],
+               ContainsSubstring("at phase angles of 0 to 12 deg (Harris 1961, Morrison and Morrison 1977), "
+                                 "and is seen at a phase angle of 30 deg"));
+    CHECK(lines("material = \"io\"\n" + panchromatic, 30, false).empty());
+    CHECK(lines("material = \"io\"\n" + panchromatic, 11).empty());
+    CHECK(lines("material = \"moon\"\n" + panchromatic, 1).size() == 1);
+    // Every preset has a range, and a source for it.
+    for (const MaterialKind& kind : material_kinds()) {
+        INFO(kind.name);
+        CHECK((kind.range.to_nm > kind.range.from_nm) == kind.preset);
+        CHECK(kind.range.source.empty() != kind.preset);
+    }
 }
 
 TEST_CASE("A sphere of the phase curve's law has the phase curve") {
