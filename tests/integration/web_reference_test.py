@@ -44,7 +44,6 @@ if found or unseen:
 
 
 CALLS = {call["name"]: call for call in json.loads((source / "clients/calls.json").read_text())["daemon"]}
-ROLES = {"view": "viewer", "operate": "operator", "scene": "operator", "admin": "admin"}
 # Operations whose body is of another form than the fields of their call.
 OWN_BODIES = {"features.set", "feature.set", "acquisition", "device.set", "configuration.set"}
 # Those of the server itself, and those that make several calls.
@@ -93,7 +92,7 @@ def unlike_calls(paths):
                     yield f"{name}: of which call?"
                 continue
             call = CALLS[operation["x-call"]]
-            if operation["x-role"] != ROLES[call["permission"]]:
+            if operation["x-role"] != openapi_document.ROLES[call["permission"]]:
                 yield f"{name}: role {operation['x-role']}, permission {call['permission']}"
             if name in OWN_BODIES:
                 continue

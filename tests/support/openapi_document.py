@@ -28,6 +28,8 @@ def named(what):
 
 
 TEXT, FLAG, URI = {"type": "string"}, {"type": "boolean"}, {"type": "string", "pattern": r"^[a-z][a-z0-9+.-]*:"}
+# Role of tokens that a permission of the daemon's calls becomes.
+ROLES = {"view": "viewer", "operate": "operator", "scene": "operator", "admin": "admin"}
 METHODS = ["get", "put", "post", "delete", "options", "head", "patch", "trace"]
 PARAMETER = thing(["name", "in"], **{"name": TEXT, "in": {"enum": ["query", "header", "path", "cookie"]}, "description": TEXT, "required": FLAG,
                                      "deprecated": FLAG, "allowEmptyValue": FLAG, "schema": ref("schema"), "content": ref("content"), "style": TEXT,
