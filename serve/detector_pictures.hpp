@@ -46,7 +46,10 @@ public:
     /// The sensor that the field of a request gives: a shipped one or a file below the server's folder by its
     /// name, or a map of the keys of [sensor]. Valid until the next call. Throws Failure.
     const SensorDescription& read(const nlohmann::json& field);
-    /// Exposes the sensor read last, through a renderer whose camera has its pixels. The same bytes as
+    /// The sensor read last.
+    [[nodiscard]] const SensorDescription& sensor() const { return sensor_; }
+    /// Exposes it, through a renderer whose camera has its pixels and whose scene has its response
+    /// (renderer::set_detector_response). The same bytes as
     /// `obscura capture` makes of a first frame. Throws Failure.
     [[nodiscard]] ExposedFrame expose(const renderer::Renderer& renderer, const ExposureRequest& request,
                                       service::Work& work);

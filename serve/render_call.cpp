@@ -4,6 +4,7 @@
 #include "core/camera/setting_table.hpp"
 #include "core/error.hpp"
 #include "core/io/memory_budget.hpp"
+#include "renderer/lights/detector_response.hpp"
 #include "renderer/world/scene_poses.hpp"
 #include "sensors/sensor.hpp"
 #include "service/failure.hpp"
@@ -215,6 +216,7 @@ struct RendererKey {
     std::uint32_t samples = 0, max_samples = 0, bounces = 0;
     double error = 0;
     std::uint64_t seed = 0;
+    std::vector<SpectralPoint> efficiency; ///< of the sensor; empty: none
 
     bool operator==(const RendererKey&) const = default;
 };
@@ -262,7 +264,9 @@ const renderer::Renderer& RenderCall::renderer(const Arguments& a, const scene::
                           a.settings.max_samples_per_pixel,
                           a.settings.max_bounces,
                           a.settings.target_error,
-                          a.settings.seed};
+                          a.settings.seed,
+                          a.sensor.is_null() ? std::vector<SpectralPoint>()
+                                             : detector_.sensor().detector.quantum_efficiency};
     if (made_ && made_->key == key) return made_->renderer;
     made_.reset(); // two at a time might be more than the memory holds
     renderer::RenderSettings settings = a.settings;
@@ -272,6 +276,7 @@ const renderer::Renderer& RenderCall::renderer(const Arguments& a, const scene::
     scene_.check_scene([&] {
         scene::Scene scene = scene_.document().scene();
         scene.camera = camera;
+        if (!key.efficiency.empty()) renderer::set_detector_response(scene, key.efficiency);
         made_ = std::make_unique<Made>(Made{key, renderer::Renderer(std::move(scene), settings)});
     });
     return made_->renderer;

@@ -29,9 +29,14 @@ DirectLight::DirectLight(const Instants& instants, const Lighting& lighting, con
       sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)),
       counts_(counts) {}
 
-void DirectLight::add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
-                               const RayPacket& view, const HitPacket& hits, PathPacket& paths,
-                               const Channels* factor, Channels& out) const {
+double DirectLight::product(ColourProducts::Chain chain, std::int32_t body, std::size_t band) const {
+    const ColourProducts& products = *lighting_.products;
+    return products.empty() ? 1 : products.factor(chain, products.source_of_body(body), band);
+}
+
+void DirectLight::add_emission(const BodyState& body, std::int32_t index, const Lanes& here,
+                               const SurfacePacket& surface, const RayPacket& view, const HitPacket& hits,
+                               PathPacket& paths, const Channels* factor, Channels& out) const {
     const std::size_t channels = lighting_.sun_w_m2.size();
     if (body.material == nullptr) {
         for (int i = 0; i < packet_size; ++i) {
@@ -40,7 +45,8 @@ void DirectLight::add_emission(const BodyState& body, const Lanes& here, const S
                 const double mu = -dot(surface.normal.lane(i), view.direction.lane(i));
                 const double radiance = sun_radiance_ * limb_factor(sun_.limb_darkening, mu);
                 for (std::size_t c = 0; c < channels; ++c)
-                    out.v[c][i] += paths.throughput.v[c][i] * radiance * lighting_.sun_w_m2[c];
+                    out.v[c][i] += paths.throughput.v[c][i] * radiance * lighting_.sun_w_m2[c] *
+                                   product(paths.chain[i], index, c);
             }
             paths.alive.on[i] = 0;
         }
@@ -59,8 +65,21 @@ void DirectLight::add_emission(const BodyState& body, const Lanes& here, const S
         }
         for (std::size_t c = 0; c < channels; ++c)
             out.v[c][i] += weight * paths.throughput.v[c][i] * body.built->emission[c] *
-                           (factor != nullptr ? factor->v[c][i] : 1.0);
+                           (factor != nullptr ? factor->v[c][i] : 1.0) * product(paths.chain[i], index, c);
     }
+}
+
+void DirectLight::add_reflected(const PathVertex& vertex, const PathPacket& paths, std::size_t source,
+                                std::size_t band, const Doubles& light, double scale, Channels& out) const {
+    const ColourProducts& products = *lighting_.products;
+    if (products.empty()) {
+        add_light(paths.throughput.v[band], vertex.colour.v[band], light, scale, out.v[band]);
+        return;
+    }
+    Doubles weighted;
+    for (int i = 0; i < packet_size; ++i)
+        weighted[i] = light[i] != 0 ? light[i] * products.factor(vertex.chain[i], source, band) : 0;
+    add_light(paths.throughput.v[band], vertex.colour.v[band], weighted, scale, out.v[band]);
 }
 
 void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doubles& v,
@@ -87,8 +106,7 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
         for (int i = 0; i < packet_size; ++i)
             r[i] *= (*mis_weight)[i];
     for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-        add_light(paths.throughput.v[c], vertex.colour.v[c], r, sun_radiance_ * lighting_.sun_w_m2[c],
-                  out.v[c]);
+        add_reflected(vertex, paths, ColourProducts::sun, c, r, sun_radiance_ * lighting_.sun_w_m2[c], out);
 }
 
 void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, Channels& out) {
@@ -127,7 +145,8 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
         for (int i = 0; i < packet_size; ++i)
             r[i] = light.active.on[i] != 0 ? r[i] * falloff[i] : 0;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c)
-            add_light(paths.throughput.v[c], vertex.colour.v[c], r, lamp.intensity_w_sr[c], out.v[c]);
+            add_reflected(vertex, paths, lighting_.products->source_of_lamp(k), c, r, lamp.intensity_w_sr[c],
+                          out);
     }
 }
 
@@ -205,10 +224,10 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
             const double bsdf_pdf = sample_bsdf_pdf(row_, vertex, i, light.direction.lane(i));
             value *= area_pdf / (area_pdf + bsdf_pdf);
         }
-        const std::vector<double>& emission =
-            row_.bodies[static_cast<std::size_t>(source[i])].built->emission;
+        const auto& emission = row_.bodies[static_cast<std::size_t>(source[i])].built->emission;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-            out.v[c][i] += paths.throughput.v[c][i] * value * vertex.colour.v[c][i] * emission[c];
+            out.v[c][i] += paths.throughput.v[c][i] * value * vertex.colour.v[c][i] * emission[c] *
+                           product(vertex.chain[i], source[i], c);
     }
 }
 

@@ -22,11 +22,11 @@ public:
     /// All arguments must outlive the object.
     DirectLight(const Instants& instants, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
 
-    /// Adds emission at the hits `here` of `body`, with its MIS weight. Paths that hit the Sun end.
-    /// `factor`: on the body's emission, by its texture; null: 1.
-    void add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
-                      const RayPacket& view, const HitPacket& hits, PathPacket& paths, const Channels* factor,
-                      Channels& out) const;
+    /// Adds emission at the hits `here` of `body`, whose number is `index`, with its MIS weight. Paths that
+    /// hit the Sun end. `factor`: on the body's emission, by its texture; null: 1.
+    void add_emission(const BodyState& body, std::int32_t index, const Lanes& here,
+                      const SurfacePacket& surface, const RayPacket& view, const HitPacket& hits,
+                      PathPacket& paths, const Channels* factor, Channels& out) const;
     /// Light of the Sun's disc, from one direction. `mis_weight`: factor by lane; null: 1.
     void add_sun(const PathVertex& vertex, const Doubles& u, const Doubles& v, const PathPacket& paths,
                  const Doubles* mis_weight, Channels& out);
@@ -37,6 +37,11 @@ public:
                         bool weighted, Channels& out);
 
 private:
+    /// Factor of ColourProducts for the light of a body, which the Sun may be.
+    [[nodiscard]] double product(ColourProducts::Chain chain, std::int32_t body, std::size_t band) const;
+    /// Adds light of a source that the vertex reflects: throughput * colour * `light` * `scale`.
+    void add_reflected(const PathVertex& vertex, const PathPacket& paths, std::size_t source,
+                       std::size_t band, const Doubles& light, double scale, Channels& out) const;
     /// Switches off blocked shadow rays. Towards the Sun only the known occluders of a body are tested,
     /// else (`all_bodies`) all.
     void occlude(const PathVertex& vertex, bool all_bodies, const PathPacket& paths, RayPacket& light);

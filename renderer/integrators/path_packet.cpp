@@ -74,6 +74,7 @@ std::size_t compact(std::span<PathPacket> paths, std::size_t channels) {
                 to.level_u[lane] = from.level_u[i];
                 to.owner[lane] = from.owner[i];
                 to.shone_on[lane] = from.shone_on[i];
+                to.chain[lane] = from.chain[i];
             } else {
                 paths[k].travelled_m[i] += from.hits.t[i];
             }

@@ -2,6 +2,7 @@
 // Packet of 16 light paths: their state, rays in the frame of a body, compaction.
 #pragma once
 
+#include "renderer/lights/colour_products.hpp"
 #include "renderer/packets/packet.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/world/instants.hpp"
@@ -29,9 +30,10 @@ struct PathPacket {
     HitPacket hits;      ///< nearest surfaces along the rays
     /// Body that the path left, if the light of its planetshine sources was sampled there; else -1.
     std::int32_t shone_on[packet_size];
-    Words index, seed; ///< of their random numbers, see SampleStream
-    Words instant;     ///< see Instants
-    Doubles level_u;   ///< see RayPacket
+    ColourProducts::Chain chain[packet_size]; ///< surfaces that it has met
+    Words index, seed;                        ///< of their random numbers, see SampleStream
+    Words instant;                            ///< see Instants
+    Doubles level_u;                          ///< see RayPacket
     /// The camera ray that the path began with: packet of the batch times packet_size plus lane.
     std::int32_t owner[packet_size];
 

@@ -102,8 +102,12 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
         else if (rougher)
             copy_lanes(here, unresolved, vertex.unresolved);
         vertex.rougher[vertex.count] = rougher;
-        for (int i = 0; i < packet_size; ++i)
-            if (here.on[i] != 0) vertex.slot[i] = vertex.count;
+        for (int i = 0; i < packet_size; ++i) {
+            if (here.on[i] == 0) continue;
+            vertex.slot[i] = vertex.count;
+            if (!lighting_.products->empty())
+                vertex.chain[i] = lighting_.products->next(paths.chain[i], index);
+        }
         if (vertex.count > 0) copy_lanes(here, own, vertex.surface);
         vertex.bodies[vertex.count] = index;
         vertex.on[vertex.count++] = here;
@@ -118,14 +122,14 @@ void PathTracer::add_emission(std::int32_t index, const Lanes& here, const Surfa
     const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
     const SurfaceTextures* textures = body.built->textures.get();
     if (textures == nullptr || !textures->varies_emission()) {
-        direct_light_.add_emission(body, here, surface, view, hits, paths, nullptr, emitted);
+        direct_light_.add_emission(body, index, here, surface, view, hits, paths, nullptr, emitted);
         return;
     }
     Doubles width_m;
     ray_widths(here, hits, paths, width_m);
     Channels factor;
     textures->emission(*body.shape, hits, index, width_m, channels(), surface, factor);
-    direct_light_.add_emission(body, here, surface, view, hits, paths, &factor, emitted);
+    direct_light_.add_emission(body, index, here, surface, view, hits, paths, &factor, emitted);
 }
 
 void PathTracer::ray_widths(const Lanes& here, const HitPacket& hits, const PathPacket& paths,
@@ -239,6 +243,7 @@ void PathTracer::aim_at_planetshine(const PathVertex& vertex, const PathPacket& 
         for (std::size_t c = 0; c < channels(); ++c)
             probe.throughput.v[c][i] = paths.throughput.v[c][i] * vertex.colour.v[c][i] * value;
         probe.travelled_m[i] = paths.path_m(i);
+        probe.chain[i] = vertex.chain[i];
     }
 }
 
@@ -408,6 +413,7 @@ void PathTracer::radiance(std::span<CameraRays> batch) {
             paths.pdf[i] = delta_pdf;
             paths.travelled_m[i] = 0;
             paths.shone_on[i] = -1;
+            paths.chain[i] = ColourProducts::none;
             paths.owner[i] = static_cast<std::int32_t>(k) * packet_size + i;
         }
     }

@@ -191,6 +191,7 @@ void sample_bsdf(const Instants& instants, const PathVertex& vertex, const Doubl
         scale[i] *= mirrored.on[i] != 0 ? 1 : r[i];
         if (vertex.here.on[i] == 0) continue;
         next.alive.on[i] = scale[i] > 0 ? -1 : 0;
+        next.chain[i] = vertex.chain[i];
         next.start.set(i, instants.body(vertex.body, next.instant, i).seen.position_at(next.path_m(i)));
     }
     // Update the throughput.

@@ -13,11 +13,12 @@ namespace obscura::renderer {
 
 /// Path vertices on bodies that share a frame; everything in that frame.
 struct PathVertex {
-    std::int32_t body = -1;           ///< any body of the frame
-    Lanes here;                       ///< the lanes that scatter light
-    std::int32_t of[packet_size];     ///< index of each lane's body in the row
-    std::int32_t bodies[packet_size]; ///< the bodies that were hit, `count` of them
-    Lanes on[packet_size];            ///< the lanes on each of `bodies`
+    std::int32_t body = -1;                        ///< any body of the frame
+    Lanes here;                                    ///< the lanes that scatter light
+    ColourProducts::Chain chain[packet_size] = {}; ///< of each lane's path, this surface included
+    std::int32_t of[packet_size];                  ///< index of each lane's body in the row
+    std::int32_t bodies[packet_size];              ///< the bodies that were hit, `count` of them
+    Lanes on[packet_size];                         ///< the lanes on each of `bodies`
     int count = 0;
     bool coherent = true; ///< reached by camera rays
     RayPacket view;

@@ -18,6 +18,7 @@ Lighting make_lighting(const scene::Scene& scene, std::vector<AreaLight> area_li
     lighting.lamps = scene.lamps;
     lighting.area_lights = std::move(area_lights);
     lighting.max_bounces = max_bounces;
+    lighting.products = std::make_shared<ColourProducts>(scene, max_bounces);
     for (const AreaLight& light : lighting.area_lights)
         lighting.area_m2 += light.area_m2;
     return lighting;

@@ -2,9 +2,11 @@
 // Light sources of a scene as the path tracer samples them: the Sun, lamps and emitting bodies.
 #pragma once
 
+#include "renderer/lights/colour_products.hpp"
 #include "renderer/scene/scene.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace obscura::renderer {
@@ -22,6 +24,7 @@ struct Lighting {
     std::vector<AreaLight> area_lights;
     double area_m2 = 0; ///< sum over `area_lights`
     std::uint32_t max_bounces = 0;
+    std::shared_ptr<const ColourProducts> products = std::make_shared<ColourProducts>(); ///< never null
 
     [[nodiscard]] bool has_sun() const;
 };

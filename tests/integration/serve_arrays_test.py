@@ -36,9 +36,15 @@ name = "box"
 shape = "box"
 size_m = [0.1, 0.08, 0.12]
 albedo = 0.3
+colour_curve = [[400, 0.2], [700, 0.5], [1000, 1.0]]
 position_m = [0.08, -0.05, 20]
 spin_axis = [0.3, 1, 0.1]
 spin_rate_deg_per_s = 200
+[[lamp]]
+name = "flash"
+intensity_w_sr = [30]
+spectrum = [[400, 0], [900, 1]]
+position_m = [0, 0, 1]
 """
 CONFIGURATION = """
 [scene]
