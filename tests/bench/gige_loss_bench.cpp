@@ -109,7 +109,7 @@ nlohmann::json receive(const Cell& cell, int frames) {
     client.execute("AcquisitionStart");
     int complete = 0, incomplete = 0;
     while (complete + incomplete < frames) {
-        auto buffer = client.next(5000);
+        auto buffer = client.next();
         if (buffer == nullptr) break;
         (arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS ? complete : incomplete) += 1;
         client.give_back(std::move(buffer));

@@ -221,7 +221,7 @@ TEST_CASE("Wireshark's dissectors find no malformed packet") {
         execlp("tshark", "tshark", "-q", "-i", "lo", "-w", file.c_str(), static_cast<char*>(nullptr));
         _exit(127);
     }
-    for (int i = 0; i < 200 && !(std::filesystem::exists(file) && std::filesystem::file_size(file) > 0); ++i)
+    for (int i = 0; i < 2400 && !(std::filesystem::exists(file) && std::filesystem::file_size(file) > 0); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     int received = 0, events = 0;
@@ -243,7 +243,7 @@ TEST_CASE("Wireshark's dissectors find no malformed packet") {
             client.open_stream(8);
             client.execute("AcquisitionStart");
             for (int i = 0; i < 5; ++i) {
-                auto buffer = client.next(5000);
+                auto buffer = client.next();
                 received +=
                     buffer != nullptr && arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS;
                 if (buffer) client.give_back(std::move(buffer));

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -92,6 +93,16 @@ inline std::filesystem::path write_configuration(const TempFolder& folder, const
 }
 
 /// obscurad as a child process.
+/// Waits for what must come true soon; a minute or two: only a test that fails waits that long.
+inline bool eventually(const std::function<bool()>& condition) {
+    for (int i = 0; i < 12'000 && !condition(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return condition();
+}
+inline bool wait_for_file(const std::filesystem::path& file) {
+    return eventually([&file] { return std::filesystem::exists(file); });
+}
+
 class DaemonProcess {
 public:
     DaemonProcess(const TempFolder& folder, const std::filesystem::path& configuration,
@@ -105,11 +116,8 @@ public:
 
     /// Waits until it serves; false when it ended or took too long.
     bool wait_ready() {
-        for (int i = 0; i < 3000 && process_.running(); ++i) {
-            if (std::filesystem::exists(ready_)) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        }
-        return false;
+        eventually([this] { return std::filesystem::exists(ready_) || !process_.running(); });
+        return std::filesystem::exists(ready_);
     }
     ChildProcess& process() { return process_; }
     [[nodiscard]] std::string ready_text() const { return text_of(ready_); }

@@ -115,7 +115,7 @@ public:
     void close_stream() { stream_.reset(); }
     [[nodiscard]] ArvStream* stream() const { return stream_.get(); }
     /// The next buffer, complete or not; nothing after `timeout_ms`.
-    Object<ArvBuffer> next(int timeout_ms) {
+    Object<ArvBuffer> next(int timeout_ms = 120'000) {
         return Object<ArvBuffer>(
             arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(timeout_ms) * 1000));
     }

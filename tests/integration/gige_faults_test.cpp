@@ -121,7 +121,7 @@ Recording record(const std::vector<FaultRule>& rules, std::int64_t* took_ns = nu
         for (std::uint64_t i = 1; i <= frames; ++i) {
             while (!source.line_trigger(Time{begin.ns + static_cast<std::int64_t>(i) * period_ns}))
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            for (int w = 0; w < 5000; ++w) {
+            for (int w = 0; w < 120'000; ++w) {
                 const transports::TransportCounters c = camera.counters();
                 if (c.delivered + c.dropped == i) break;
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -345,7 +345,7 @@ TEST_CASE("a camera that does not answer and one that forgets its controller") {
     forgetful.first_frame = 20; // the client has connected by then
     camera_with(forgetful, [&](GigeCamera& camera) {
         GigeClient client(address); // reads the privilege register every second at least
-        for (int i = 0; i < 100 && camera.gige_counters().control_lost == 0; ++i) {
+        for (int i = 0; i < 4000 && camera.gige_counters().control_lost == 0; ++i) {
             GError* error = nullptr;
             arv_camera_get_integer(client.camera(), "Width", &error);
             g_clear_error(&error);

@@ -78,7 +78,7 @@ std::uint64_t wrong_pixels_16(const ArvBuffer* buffer, std::uint64_t id, const R
 
 /// The counters once `frames` frames have left: the last packet may arrive before the sender has counted it.
 transports::gige::GigeCounters counters_after(const GigeCamera& camera, std::uint64_t frames) {
-    for (int i = 0; i < 500 && camera.gige_counters().frames.delivered < frames; ++i)
+    for (int i = 0; i < 12'000 && camera.gige_counters().frames.delivered < frames; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     return camera.gige_counters();
 }
@@ -86,7 +86,7 @@ transports::gige::GigeCounters counters_after(const GigeCamera& camera, std::uin
 /// Receives `count` buffers; every one must be complete, in order and correct.
 void receive_in_order(GigeClient& client, int count, const Region& region, std::uint64_t first_block = 1) {
     for (std::uint64_t id = 1; id <= static_cast<std::uint64_t>(count); ++id) {
-        auto buffer = client.next(5000);
+        auto buffer = client.next();
         REQUIRE(buffer != nullptr);
         REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
         REQUIRE(arv_buffer_get_frame_id(buffer.get()) == first_block + id - 1);
@@ -167,7 +167,7 @@ TEST_CASE("Every pixel format carries the digital numbers as PFNC lays them out"
         REQUIRE(static_cast<std::size_t>(client.integer("PayloadSize")) == expected);
         client.open_stream(4);
         client.execute("AcquisitionStart");
-        auto buffer = client.next(5000);
+        auto buffer = client.next();
         REQUIRE(buffer != nullptr);
         REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
         std::size_t bytes = 0;
@@ -231,7 +231,7 @@ TEST_CASE("A binned frame is the unbinned one of the same trigger, put together"
             client.execute("AcquisitionStart");
             CHECK_THROWS(client.set("BinningHorizontal", std::int64_t{1}));
             for (std::uint64_t id = 1; id <= 2; ++id) {
-                auto buffer = client.next(5000);
+                auto buffer = client.next();
                 REQUIRE(buffer != nullptr);
                 REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
                 CHECK(arv_buffer_get_image_width(buffer.get()) == width);
@@ -281,7 +281,7 @@ TEST_CASE("Chunks and zeros of an abandoned frame are those of the binned image"
     client.set_flag("GevSCCFGExtendedChunkData", true);
     client.open_stream(4);
     client.execute("AcquisitionStart");
-    auto buffer = client.next(5000);
+    auto buffer = client.next();
     REQUIRE(buffer != nullptr);
     REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
     Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
@@ -354,7 +354,7 @@ TEST_CASE("ChunkRegionID names the region behind each window") {
     client.open_stream(4);
     client.execute("AcquisitionStart");
     Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
-    auto buffer = client.next(5000);
+    auto buffer = client.next();
     REQUIRE(buffer != nullptr);
     GError* error = nullptr;
     const char* name = arv_chunk_parser_get_string_value(parser.get(), buffer.get(), "ChunkRegionID", &error);
@@ -391,7 +391,7 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
         client.execute("AcquisitionStart");
         Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
         for (std::int64_t id = 1; id <= 3; ++id) {
-            auto buffer = client.next(5000);
+            auto buffer = client.next();
             REQUIRE(buffer != nullptr);
             REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
             CHECK(arv_buffer_get_payload_type(buffer.get()) ==
@@ -524,7 +524,7 @@ TEST_CASE("Regions chosen through SFNC come as parts, and composed without multi
         client.set_flag("GevSCCFGMultiPart", parts);
         client.open_stream(4);
         client.execute("AcquisitionStart");
-        auto buffer = client.next(5000);
+        auto buffer = client.next();
         REQUIRE(buffer != nullptr);
         REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
         if (!parts) {
@@ -559,7 +559,7 @@ TEST_CASE("Multi-part payload carries one part per sensor window") {
             client.open_stream(4);
             client.execute("AcquisitionStart");
             for (std::uint64_t id = 1; id <= 3; ++id) {
-                auto buffer = client.next(5000);
+                auto buffer = client.next();
                 REQUIRE(buffer != nullptr);
                 REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
                 REQUIRE(arv_buffer_get_payload_type(buffer.get()) == ARV_BUFFER_PAYLOAD_TYPE_MULTIPART);
@@ -610,7 +610,7 @@ TEST_CASE("Software triggers make one frame each, stamped with the trigger's ins
         timespec before{};
         clock_gettime(CLOCK_TAI, &before);
         client.execute("TriggerSoftware");
-        auto buffer = client.next(5000);
+        auto buffer = client.next();
         REQUIRE(buffer != nullptr);
         REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
         CHECK(arv_buffer_get_frame_id(buffer.get()) == id);
@@ -652,7 +652,7 @@ TEST_CASE("Frames on rising, falling or all edges of Line0, as far as its source
             made += bench.source.line_trigger(bench.clock.now(), edge % 2 == 1) ? 1 : 0;
         CHECK(made == frames);
         for (int i = 0; i < frames; ++i) {
-            auto buffer = client.next(5000);
+            auto buffer = client.next();
             REQUIRE(buffer != nullptr);
             CHECK(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
             client.give_back(std::move(buffer));
@@ -714,7 +714,7 @@ TEST_CASE("An acquisition can wait for a trigger of its own") {
         else
             CHECK(bench.source.action_trigger(bench.clock.now()));
         for (std::uint64_t id = 1; id <= 3; ++id) {
-            auto buffer = client.next(5000);
+            auto buffer = client.next();
             REQUIRE(buffer != nullptr);
             CHECK(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
             CHECK(arv_buffer_get_frame_id(buffer.get()) == id); // a new channel each time
@@ -769,7 +769,7 @@ TEST_CASE("An abandoned frame goes out with zeros below its last row") {
     client.set("AcquisitionMode", "SingleFrame");
     client.open_stream(2);
     client.execute("AcquisitionStart");
-    auto buffer = client.next(5000);
+    auto buffer = client.next();
     REQUIRE(buffer != nullptr);
     REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
     CHECK(wrong_pixels_16(buffer.get(), 1, {0, 0, 256, 64}, 0) == 0);
@@ -826,7 +826,7 @@ TEST_CASE(
         CHECK(bench.camera.gige_counters().control_lost == 0);
         close(fd);
     }
-    for (int i = 0; i < 100 && bench.source.acquiring(); ++i)
+    for (int i = 0; i < 6000 && bench.source.acquiring(); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     CHECK_FALSE(bench.source.acquiring());
     CHECK(bench.camera.gige_counters().control_lost == 1);
@@ -984,7 +984,7 @@ TEST_CASE("Events reach the message channel and are repeated until acknowledged"
     client.open_stream(2);
     client.execute("AcquisitionStart");
     const Message start = receive(true), open = receive(true), shut = receive(true);
-    auto buffer = client.next(5000);
+    auto buffer = client.next();
     REQUIRE(buffer != nullptr);
     CHECK(start.id == 0x9001);
     CHECK(open.id == 0x9002);
@@ -1152,7 +1152,7 @@ TEST_CASE("Connecting, streaming and leaving again costs neither memory nor file
             client.set("AcquisitionFrameRate", 100.0);
             client.open_stream(3);
             client.execute("AcquisitionStart");
-            auto buffer = client.next(5000);
+            auto buffer = client.next();
             REQUIRE(buffer != nullptr);
             client.give_back(std::move(buffer));
             if (i % 2 == 0) client.execute("AcquisitionStop"); // every other client just goes
@@ -1260,7 +1260,7 @@ TEST_CASE("A sequence set up through SFNC features runs frame by frame") {
     client.execute("AcquisitionStart");
     Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
     for (std::int64_t i = 0; i < 7; ++i) {
-        auto buffer = client.next(5000);
+        auto buffer = client.next();
         REQUIRE(buffer != nullptr);
         REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
         GError* error = nullptr;

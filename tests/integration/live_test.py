@@ -260,7 +260,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-live-") as temporary:
     viewer.picture()
     viewer.ready()
     first = viewer.picture()[0]
-    time.sleep(1)
+    wait_for(lambda: json.loads(server.ask("/api/v1/state").text)["daemons"][0]["cameras"][0]["frame_id"] >= first["frame"] + 6)
     viewer.ready()
     second = viewer.picture()[0]
     check("who is not ready gets none, then the newest and how many were skipped", second["frame"] - first["frame"] >= 5 and

@@ -183,7 +183,7 @@ def test_start_and_stop():
         check("frames come", bench.wait_frames(3))
         status, statistics = bench.stop()
         check("SIGTERM ends it with status 0", status == 0)
-        check("STOPPING=1 is said", bench.wait_for("STOPPING=1", 1))
+        check("STOPPING=1 is said", bench.wait_for("STOPPING=1"))
         camera = statistics["camera"]
         check("every trigger of the timer is a frame or counted as missed",
               camera["triggers"] == camera["frames"] + camera["missed_triggers"] + camera["dropped"], camera)

@@ -133,7 +133,11 @@ height = 64
             first += 30
             strace = Child(["strace", "-qq", "-f", "-o", trace] + [f"-p{thread}" for thread in watched],
                                       stderr=subprocess.PIPE, text=True)
-            time.sleep(1)
+            def traced(thread):
+                return "TracerPid:\t0\n" not in pathlib.Path(f"/proc/{daemon.pid}/task/{thread}/status").read_text()
+            end = time.monotonic() + PATIENCE_S
+            while strace.poll() is None and not all(map(traced, watched)) and time.monotonic() < end:
+                time.sleep(0.05)
             if strace.poll() is not None:
                 text = strace.stderr.read()
                 print(f"skipped: strace: {text.strip().splitlines()[-1] if text.strip() else 'ended'}")
@@ -147,7 +151,10 @@ height = 64
                     sys.exit(f"{words}: {done.stderr}")
                 shoot(20, first + 50)
                 first += 20
-            time.sleep(0.5)
+            end = time.monotonic() + PATIENCE_S
+            while len(seen) < looked + 10 and time.monotonic() < end:  # viewers that are slow beside the tracing
+                shoot(5, first + 50)
+                first += 5
             if len(seen) < looked + 10:
                 sys.exit(f"viewers have seen {len(seen) - looked} pictures only")
             strace.send_signal(signal.SIGINT)

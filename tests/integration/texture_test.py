@@ -241,7 +241,7 @@ def mounted():
     process = subprocess.Popen([obscura, "texture", "mount", "f32.obt", point], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     first = process.stdout.readline()
     if "mounted" not in first:
-        _, why = process.communicate(timeout=30)
+        _, why = process.communicate(timeout=120)
         check("texture mount: one line", process.returncode == 69 and "obscura texture mount" in why or "cannot be mounted" in why, why)
         return print(f"skipped: texture mount: {why.strip()}")
     try:
@@ -270,7 +270,7 @@ def mounted():
             check("mount: GDAL finds places on the map", [float(v) for v in place] == [texture.level(p, 1)[0][250, 199] for p in (0, 1)], place)
     finally:
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=30)
+        process.communicate(timeout=120)
     check("mount: ends with Ctrl-C, unmounted", process.returncode == 0 and not list(point.iterdir()), process.returncode)
 
 

@@ -275,8 +275,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     check("it ends well", rude.end() == 0)
 
     idle = [socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) for _ in range(16)]
-    time.sleep(0.5)
-    check("beside idle connections health is told, and nothing else", one.ask("/livez").status == 200 and one.ask("/api/v1/state").status == 503)
+    check("beside idle connections health is told, and nothing else", wait_for(lambda: one.ask("/api/v1/state").status == 503) and one.ask("/livez").status == 200)
     many = [socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) for _ in range(200)]
     for client in idle + many:
         client.close()

@@ -46,7 +46,7 @@ private:
 
 /// Waits for what must come true soon.
 inline void until(const std::function<bool()>& condition) {
-    for (int i = 0; i < 20000 && !condition(); ++i)
+    for (int i = 0; i < 120'000 && !condition(); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     REQUIRE(condition());
 }

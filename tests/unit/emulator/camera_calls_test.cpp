@@ -199,7 +199,7 @@ TEST_CASE("a trigger tells what became of it") {
 
 TEST_CASE("triggers of two clients, 1 ms apart, have their own outcomes") {
     // The second edge is latched, and its frame begins when the first one's exposure has ended.
-    const std::int64_t exposure_ns = 200 * ns_per_ms;
+    const std::int64_t exposure_ns = ns_per_s; // the second one is on time on a busy machine, too
     CallsBench bench(exposure_ns, sync::OverTrigger::latch);
     REQUIRE(bench.camera.acquisition_start());
     render_gate().close();
@@ -229,7 +229,7 @@ TEST_CASE("triggers of two clients, 1 ms apart, have their own outcomes") {
 }
 
 TEST_CASE("a trigger that the busy chip refuses does not end the wait for the one before") {
-    CallsBench bench(200 * ns_per_ms);
+    CallsBench bench(2 * ns_per_s); // asked within that time
     REQUIRE(bench.camera.acquisition_start());
     json first;
     std::thread one([&] { first = bench.trigger_as_another_client(); });

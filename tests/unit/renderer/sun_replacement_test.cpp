@@ -119,7 +119,7 @@ TEST_CASE("While the Sun moves its visibility is replaced between frames, never 
     const std::vector<float> wanted = rows_of(renderer::Renderer(s, settings), last, 0);
     std::vector<float> image;
     std::uint64_t missed = 1;
-    for (int attempt = 0; attempt < 1000 && missed > 0; ++attempt) {
+    for (int attempt = 0; attempt < 6000 && missed > 0; ++attempt) {
         const renderer::RenderWork before = moving.work();
         image = rows_of(moving, last, 0);
         missed = (moving.work() - before).tiles_missed;

@@ -44,7 +44,7 @@ std::vector<std::uint16_t> words_of(const std::filesystem::path& file) {
 }
 
 void wait_until(const std::function<bool()>& done) {
-    for (int i = 0; i < 2000 && !done(); ++i)
+    for (int i = 0; i < 24'000 && !done(); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     CHECK(done());
 }

@@ -50,7 +50,7 @@ struct Rig {
     }
     template<typename F>
     bool wait_until(F condition) {
-        for (int i = 0; i < 20000; ++i) { // 20 s: only a test that fails waits that long
+        for (int i = 0; i < 120'000; ++i) { // two minutes: only a test that fails waits that long
             if (condition()) return true;
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
@@ -128,6 +128,13 @@ public:
         ::dup2(::fileno(file_), 2);
     }
     ~StderrCapture() { restore(); }
+    /// What has been written so far.
+    [[nodiscard]] std::string so_far() const {
+        std::string all(1 << 16, '\0'); // pread: writers share the place in the file
+        const ssize_t bytes = ::pread(::fileno(file_), all.data(), all.size(), 0);
+        all.resize(static_cast<std::size_t>(std::max<ssize_t>(bytes, 0)));
+        return all;
+    }
     std::string text() {
         restore();
         std::rewind(file_);
@@ -531,7 +538,7 @@ TEST_CASE("A device that refuses the mode or an update says so in one line") {
             return UsbResult{UsbStatus::ok, 1};
         };
         rig.output->start();
-        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+        CHECK(rig.wait_until([&] { return lines_with(capture.so_far(), "refused mode") >= 1; }));
         rig.output->stop();
         CHECK_THAT(capture.text(), ContainsSubstring("refused mode 96x80 in R8: invalid parameter"));
     }
@@ -559,17 +566,20 @@ TEST_CASE("A device that refuses the mode or an update says so in one line") {
 TEST_CASE("Missing, foreign and forbidden devices are waited for, with one line") {
     StderrCapture capture;
     Rig rig({}, [](StimulatorSettings& s) { s.serial = "FAKE-2"; });
+    const auto rest = [] { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
     SECTION("not plugged in") {
         rig.bench->plugged = false;
         rig.output->start();
-        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+        CHECK(rig.wait_until([&] { return lines_with(capture.so_far(), "waiting for it") >= 1; }));
+        rest(); // several more tries
         rig.output->stop();
         CHECK(lines_with(capture.text(),
                          "stimulator 1d50:614d serial FAKE-2: not plugged in, waiting for it") == 1);
     }
     SECTION("another serial number, then the right one") {
         rig.output->start();
-        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+        CHECK(rig.wait_until([&] { return lines_with(capture.so_far(), "there are serials") >= 1; }));
+        rest();
         CHECK_FALSE(rig.output->status().connected);
         rig.bench->with([](FakeBench& b) {
             b.serial = "FAKE-2";
@@ -585,7 +595,8 @@ TEST_CASE("Missing, foreign and forbidden devices are waited for, with one line"
         rig.bench->serial = "FAKE-2";
         rig.bench->problem = "Access denied (insufficient permissions)";
         rig.output->start();
-        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+        CHECK(rig.wait_until([&] { return lines_with(capture.so_far(), "cannot be opened") >= 1; }));
+        rest();
         rig.output->stop();
         CHECK(lines_with(capture.text(), "cannot be opened: Access denied") == 1);
     }

@@ -48,7 +48,7 @@ using Data = Object<UMockdevIoctlData>;
 
 template<typename F>
 bool eventually(F truth) {
-    for (int i = 0; i < 20000; ++i) { // 20 s: only a test that fails waits that long
+    for (int i = 0; i < 120'000; ++i) { // two minutes: only a test that fails waits that long
         if (truth()) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
