@@ -24,9 +24,9 @@ public:
     [[nodiscard]] std::int32_t base() const { return base_; }
     [[nodiscard]] const std::string& place() const { return place_; }
     /// Intervals without a gap, in ticks.
-    [[nodiscard]] std::vector<Interval> coverage() const;
-    /// Rotation from the instrument's frame to the base frame. no_coverage: `ticks` is in a gap. Real-time
-    /// safe.
+    [[nodiscard]] const std::vector<Interval>& coverage() const { return covered_; }
+    /// Rotation from the instrument's frame to the base frame; up to half a tick beside an interval, as a
+    /// time is known to that, that of its end. no_coverage: `ticks` is in a gap. Real-time safe.
     [[nodiscard]] Evaluation orientation(double ticks, Quat& to_base) const noexcept;
 
 private:
@@ -34,6 +34,7 @@ private:
     std::int32_t instrument_ = 0, base_ = 0;
     double begin_ = 0, end_ = 0;
     std::shared_ptr<const CkData> data_;
+    std::vector<Interval> covered_; ///< in order
 };
 
 } // namespace obscura::ephemeris

@@ -22,9 +22,15 @@ std::vector<Interval> where_known(std::vector<double> edges, const std::function
         return known_at(0) ? std::vector{Interval{-infinite, infinite}} : std::vector<Interval>{};
     std::vector<Interval> covered;
     if (known_at(edges.front() - beyond_s)) covered.push_back({-infinite, edges.front()});
-    for (std::size_t i = 0; i + 1 < edges.size(); ++i)
-        if (known_at((edges[i] + edges[i + 1]) / 2)) covered.push_back({edges[i], edges[i + 1]});
-    if (known_at(edges.back() + beyond_s)) covered.push_back({edges.back(), infinite});
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const double from = edges[i];
+        // An edge between two times that are not known may be an instant that is.
+        if ((covered.empty() || covered.back().end_s < from) && known_at(from))
+            covered.push_back({from, from});
+        const bool last = i + 1 == edges.size();
+        if (known_at(last ? from + beyond_s : (from + edges[i + 1]) / 2))
+            covered.push_back({from, last ? infinite : edges[i + 1]});
+    }
     return merged(std::move(covered));
 }
 

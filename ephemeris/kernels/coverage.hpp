@@ -11,8 +11,8 @@
 
 namespace obscura::ephemeris {
 
-/// Intervals between `edges`, TDB s since J2000, in the middle of which `known` is true; before and after all
-/// edges too.
+/// Intervals between `edges`, TDB s since J2000, in the middle of which `known` is true, before and after all
+/// edges too; and the edges at which alone it is, as intervals of length 0.
 [[nodiscard]] std::vector<Interval> where_known(std::vector<double> edges,
                                                 const std::function<bool(TdbTime)>& known);
 /// TDB as "2026-03-01T12:00:00.000 TDB".

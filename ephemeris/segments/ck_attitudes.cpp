@@ -48,13 +48,9 @@ public:
         return instants;
     }
     [[nodiscard]] Evaluation attitude(double ticks, Quat& from_base) const noexcept override {
-        const auto after = std::lower_bound(times_.begin(), times_.end(), ticks);
-        auto nearest = after;
-        if (after == times_.end() || (after != times_.begin() && ticks - *(after - 1) < *after - ticks))
-            --nearest;
-        // A time is known to half a tick.
-        if (std::abs(*nearest - ticks) > 0.5) return Evaluation::no_coverage;
-        from_base = quaternion_at(attitudes_, static_cast<std::size_t>(nearest - times_.begin()) * stride_);
+        const auto at = std::lower_bound(times_.begin(), times_.end(), ticks);
+        if (at == times_.end() || *at != ticks) return Evaluation::no_coverage;
+        from_base = quaternion_at(attitudes_, static_cast<std::size_t>(at - times_.begin()) * stride_);
         return Evaluation::ok;
     }
 

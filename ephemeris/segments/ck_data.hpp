@@ -18,7 +18,7 @@ namespace obscura::ephemeris {
 class CkData {
 public:
     virtual ~CkData() = default;
-    /// Intervals without a gap, in ticks.
+    /// Intervals without a gap, in ticks, in order; instants are of length 0.
     [[nodiscard]] virtual std::vector<Interval> coverage() const = 0;
     /// Quaternion of the file at `ticks`, of any length above 0: it takes vectors of the base frame to the
     /// instrument's. Real-time safe.

@@ -44,11 +44,18 @@ class CoveredTimes {
 public:
     CoveredTimes() = default;
     explicit CoveredTimes(const std::vector<Interval>& known) {
-        for (const Interval& i : known)
-            if (i.end_s - i.begin_s > 4 * edge_s) covered_.push_back({i.begin_s + edge_s, i.end_s - edge_s});
+        for (const Interval& i : known) {
+            const double middle_s = i.begin_s + (i.end_s - i.begin_s) / 2;
+            covered_.push_back(is_instant(i) ? Interval{middle_s, middle_s}
+                                             : Interval{i.begin_s + edge_s, i.end_s - edge_s});
+        }
     }
 
     [[nodiscard]] const std::vector<Interval>& intervals() const { return covered_; }
+    /// Whether something is known, but at instants only.
+    [[nodiscard]] bool instants_only() const {
+        return !covered_.empty() && std::all_of(covered_.begin(), covered_.end(), is_instant);
+    }
     /// Covered time that is nearest to `time_s`; of none scene time 0, where something is known.
     [[nodiscard]] double nearest(double time_s) const noexcept {
         const auto after = std::lower_bound(covered_.begin(), covered_.end(), time_s,
@@ -62,6 +69,8 @@ public:
     }
 
 private:
+    static bool is_instant(const Interval& i) { return !(i.end_s - i.begin_s > 4 * edge_s); }
+
     std::vector<Interval> covered_;
 };
 
@@ -87,12 +96,13 @@ public:
           body_(body),
           local_(std::move(local)) {
         first_.position_m = scene_->position(body, 0);
-        first_.orientation = scene_->kernels().orientation(frame, scene_->tdb(0));
         placed_ = CoveredTimes(scene_->coverage(body));
         std::vector<Interval> oriented;
         for (const Interval& i : scene_->kernels().orientation_coverage(frame))
             oriented.push_back({scene_->scene_s(i.begin_s), scene_->scene_s(i.end_s)});
         oriented_ = CoveredTimes(oriented);
+        const double known_s = oriented_.instants_only() ? oriented_.nearest(0) : 0;
+        first_.orientation = scene_->kernels().orientation(frame, scene_->tdb(known_s));
     }
 
     [[nodiscard]] Pose at(double time_s) const noexcept override {
@@ -129,6 +139,13 @@ public:
         times.erase(std::unique(times.begin(), times.end()), times.end());
         return times;
     }
+    [[nodiscard]] std::vector<double> attitude_instants_s() const override {
+        if (!oriented_.instants_only()) return local_->attitude_instants_s();
+        std::vector<double> times;
+        for (const Interval& i : oriented_.intervals())
+            times.push_back(i.begin_s);
+        return times;
+    }
 
 private:
     [[nodiscard]] Quat orientation(double time_s) const noexcept {
@@ -142,7 +159,7 @@ private:
     std::shared_ptr<const ephemeris::FrameModel> model_;
     int body_;
     std::shared_ptr<const PosePath> local_;
-    Pose first_;            ///< at scene time 0
+    Pose first_;            ///< at scene time 0; the attitude at the nearest instant, if it has instants only
     CoveredTimes placed_;   ///< where the position is known
     CoveredTimes oriented_; ///< where the attitude is known
 };

@@ -53,7 +53,8 @@ private:
 
 /// Path of something that moves as `local` in the frame at body `body` with the axes of `frame` ("J2000",
 /// "IAU_EUROPA", that of a CK). Where the kernels cover neither, that frame is where it is at the nearest
-/// covered time. Throws InputError if the frame is unknown, or one of them is not covered at scene time 0.
+/// covered time. Throws InputError if the frame is unknown, or one of them is not covered at scene time 0,
+/// unless the attitude is known at instants only.
 [[nodiscard]] std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,
                                                           const std::string& frame, const Pose& local);
 [[nodiscard]] std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,

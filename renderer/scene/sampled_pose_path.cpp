@@ -44,6 +44,11 @@ public:
         }
         return all;
     }
+    [[nodiscard]] std::vector<double> attitude_instants_s() const override {
+        std::vector<double> times;
+        if (parts_.attitudes) times = parts_.attitudes->times_s();
+        return times.size() == 1 ? times : std::vector<double>{};
+    }
 
 private:
     PathParts parts_;

@@ -66,6 +66,9 @@ public:
     [[nodiscard]] double age_s(double time_s) const noexcept { return ages(time_s).largest_s(); }
     /// Times at which the file has poses, ascending; not real-time safe.
     [[nodiscard]] virtual std::vector<double> times_s() const = 0;
+    /// Times of an attitude that is known at instants only, ascending; empty: it is known in between, or
+    /// constant. Not real-time safe.
+    [[nodiscard]] virtual std::vector<double> attitude_instants_s() const { return {}; }
 };
 
 /// Aim of the z axis of the camera or a lamp, held at every instant. The camera is aimed at the direction in

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 
 namespace obscura::renderer {
 namespace {
@@ -14,6 +15,16 @@ double age_s(const scene::Motion& motion, double time_s) noexcept {
     Pose pose;
     if (motion.live && motion.live->at(time_s, pose)) return motion.live->age_s(time_s);
     return file_ages(motion, time_s).largest_s();
+}
+
+/// Calls `visit` with a name for people and the motion of all that has one in files.
+void visit_motions(const scene::Scene& scene,
+                   const std::function<void(const std::string&, const scene::Motion&)>& visit) {
+    visit("the camera", scene.camera.motion);
+    for (const scene::Body& body : scene.bodies)
+        visit(fmt::format("\"{}\"", body.name), body.motion);
+    for (const scene::Lamp& lamp : scene.lamps)
+        visit(fmt::format("\"{}\"", lamp.name), lamp.motion);
 }
 
 } // namespace
@@ -43,7 +54,7 @@ std::string AgedPoses::text() const {
 
 std::vector<AgedPoses> aged_poses(const scene::Scene& scene, double time_s) {
     std::vector<AgedPoses> all;
-    const auto add = [&](const std::string& name, const scene::Motion& motion) {
+    visit_motions(scene, [&](const std::string& name, const scene::Motion& motion) {
         const scene::PoseAges ages = file_ages(motion, time_s);
         const bool position = ages.position_s > 0, attitude = ages.attitude_s > 0 && !motion.aim;
         if (!position && !attitude) return;
@@ -51,12 +62,23 @@ std::vector<AgedPoses> aged_poses(const scene::Scene& scene, double time_s) {
         all.push_back({fmt::format("{} of {}", what, name),
                        std::max(position ? ages.position_s : 0.0, attitude ? ages.attitude_s : 0.0), time_s,
                        &motion});
-    };
-    add("the camera", scene.camera.motion);
-    for (const scene::Body& body : scene.bodies)
-        add(fmt::format("\"{}\"", body.name), body.motion);
-    for (const scene::Lamp& lamp : scene.lamps)
-        add(fmt::format("\"{}\"", lamp.name), lamp.motion);
+    });
+    return all;
+}
+
+std::vector<std::string> instant_attitudes(const scene::Scene& scene) {
+    std::vector<std::string> all;
+    visit_motions(scene, [&](const std::string& name, const scene::Motion& motion) {
+        if (!motion.path || motion.aim) return;
+        const std::vector<double> times = motion.path->attitude_instants_s();
+        if (times.empty()) return;
+        const std::string when = times.size() == 1
+                                     ? fmt::format("one instant only, scene time {:.6g} s", times.front())
+                                     : fmt::format("{} instants only, scene time {:.6g} s to {:.6g} s",
+                                                   times.size(), times.front(), times.back());
+        all.push_back(fmt::format(
+            "the attitude of {} is known at {}: at other times it is held or extrapolated", name, when));
+    });
     return all;
 }
 

@@ -29,6 +29,9 @@ struct AgedPoses {
 };
 /// All such things of `scene`, which outlives them, at `time_s`. An aim stands for the attitudes of its file.
 [[nodiscard]] std::vector<AgedPoses> aged_poses(const scene::Scene& scene, double time_s);
+/// Cameras, bodies and lamps whose attitudes from files are known at instants only, as aged_poses(): one line
+/// of text for each, without a full stop.
+[[nodiscard]] std::vector<std::string> instant_attitudes(const scene::Scene& scene);
 /// As camera_pose_age_s(), of a body.
 [[nodiscard]] double body_pose_age_s(std::span<const BuiltBody> bodies, std::size_t index,
                                      double time_s) noexcept;

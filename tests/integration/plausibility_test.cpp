@@ -216,6 +216,10 @@ TEST_CASE("each oddity of a configuration has its warning and no other") {
          {{"material = \"lambert\"", "material = \"callisto\""}},
          {},
          "\"ball\" has material = \"callisto\", which is known from 360 to 860 nm, at phase angles of 0 to 12 deg (Harris 1961, Morrison and Morrison 1977), and is seen at a phase angle of 30 deg"},
+        {"attitude_instant",
+         {{"radii_m = [500, 500, 500]\n", "radii_m = [500, 500, 500]\nattitude = \"once.csv\"\n"}},
+         {},
+         "the attitude of \"ball\" is known at one instant only, scene time 0 s"},
         {"no_star",
          {{"focal_length_mm = 3", "focal_length_mm = 60"}, {"[500, 500, 500]", "[20, 20, 20]"}},
          {},
@@ -233,6 +237,7 @@ TEST_CASE("each oddity of a configuration has its warning and no other") {
         folder.write("rock.obj", octahedron(0.3));
         folder.write("way.csv", "time_s,x_m,y_m,z_m\n100,0,0,0\n200,0,0,1\n");
         folder.write("turn.csv", "time_s,qw,qx,qy,qz\n100,1,0,0,0\n200,0,0,0,1\n");
+        folder.write("once.csv", "time_s,qw,qx,qy,qz\n0,1,0,0,0\n");
         const std::string config =
             write_both(folder, with(sound_scene, c.scene), with(sound_configuration, c.configuration));
         const Answer answer = run(folder, {"check", "--json", config});

@@ -146,6 +146,8 @@ void Plausibility::judge_presets(const scene::Scene& scene) {
 void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
     for (const renderer::AgedPoses& aged : renderer::aged_poses(scene, at_s))
         add("pose_age", aged.text() + ". Check the scene's epoch and daemon.scene_start_s");
+    for (std::string& text : renderer::instant_attitudes(scene))
+        add("attitude_instant", std::move(text));
 }
 
 void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views) {

@@ -212,6 +212,65 @@ TEST_CASE("CK type 6 has mini-segments of their own subtypes") {
     CHECK_FALSE(covered(kernels, 510));
 }
 
+TEST_CASE("A CK that covers instants only holds half a tick beside each, in all types") {
+    const test::TempFolder folder;
+    const std::vector<double> times{10, 20, 50};
+    const double packed = 1 + 128 * (1 + 128 * (1 + 128 * (1 + 128 * (1 + 128 * (1 + 128.0 * 1)))));
+    for (std::int32_t type = 1; type <= 6; ++type)
+        for (const std::size_t count : {std::size_t{1}, times.size()}) {
+            // Mini-segments follow each other without a gap.
+            if (type == 6 && count > 1) continue;
+            CAPTURE(type, count);
+            Words words, at, starts{1};
+            for (std::size_t i = 0; i < count; ++i) {
+                const double ticks = times[i] * ticks_per_s;
+                if (type == 4) append(words, Words{ticks, 0, packed});
+                append(words, attitude(times[i]));
+                if (type == 2) append(words, Words{0, 0, rate, 1 / ticks_per_s});
+                if (type == 4) append(words, Words{0, 0, rate});
+                at.push_back(ticks);
+                starts.push_back(static_cast<double>(words.size() + 1));
+            }
+            const auto n = static_cast<double>(count), size = static_cast<double>(words.size());
+            append(words, at);
+            switch (type) {
+            case 1:
+                append(words, Words{n});
+                break;
+            case 2:
+                append(words, at);
+                break;
+            case 3:
+                append(words, at);
+                append(words, Words{n, n});
+                break;
+            case 4:
+                append(words, starts);
+                append(words, Words{0, 0, size + n + 3, 0, 3, size, n, size + n, n + 1, 1, 0, n, size + n + 3,
+                                    0, 10, 0, 17});
+                break;
+            case 5:
+                append(words, at);
+                append(words, Words{1 / ticks_per_s, 1, 2, n, n});
+                break;
+            default:
+                append(words, Words{1 / ticks_per_s, 1, 2, n});
+                append(words, Words{at[0], at[0] + 500, 1, size + 6, 1, 1});
+            }
+            const Ephemeris kernels = load(folder, type, 10, times[count - 1], words);
+            const std::vector<Interval> known = kernels.orientation_coverage("CRAFT");
+            REQUIRE(known.size() == count);
+            for (std::size_t i = 0; i < count; ++i) {
+                for (const double beside_s : {-0.004, 0.0, 0.004})
+                    CHECK(error(kernels, times[i] + beside_s) < 1e-4);
+                CHECK_FALSE(covered(kernels, times[i] - 0.006));
+                CHECK_FALSE(covered(kernels, times[i] + 0.006));
+                CHECK(std::abs(known[i].begin_s - times[i]) < 1e-6);
+                CHECK(known[i].end_s == known[i].begin_s);
+            }
+        }
+}
+
 TEST_CASE("A CK segment that cannot be used is refused at its times only") {
     const test::TempFolder folder;
     Words words;

@@ -7,6 +7,7 @@
 #include "renderer/scene/kernel_frame.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/world/pose_age.hpp"
 #include "renderer/world/scene_poses.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/daf_writer.hpp"
@@ -96,6 +97,26 @@ public:
 private:
     test::TempFolder folder_;
 };
+
+/// Writes the clock of a spacecraft and the frame CRAFT: 100 ticks a second, at 100000 at the epoch.
+void write_clock(const KernelScene& files) {
+    files.write("clock.tsc",
+                "KPL/SCLK\n\\begindata\nSCLK_DATA_TYPE_77 = ( 1 )\nSCLK01_TIME_SYSTEM_77 = ( 1 )\n"
+                "SCLK01_N_FIELDS_77 = ( 2 )\nSCLK01_MODULI_77 = ( 1000000 100 )\n"
+                "SCLK01_OFFSETS_77 = ( 0 0 )\nSCLK01_COEFFICIENTS_77 = ( 0 -1000. 1.D0 )\n"
+                "FRAME_CRAFT = -77001\nFRAME_-77001_NAME = 'CRAFT'\nFRAME_-77001_CLASS = 3\n"
+                "FRAME_-77001_CLASS_ID = -77001\nFRAME_-77001_CENTER = -77\n"
+                "CK_-77001_SCLK = -77\n\\begintext\n");
+}
+/// A scene whose camera has the attitudes of a CK.
+scene::Scene scene_of_ck(const KernelScene& files, const std::string& camera,
+                         const test::DafSegment& segment) {
+    files.write("a.bc", test::daf_bytes("CK", {segment}, false));
+    std::string text = files.head + camera;
+    text.replace(text.find("\"all.tm\""), 8, "[\"all.tm\", \"clock.tsc\", \"a.bc\"]");
+    files.write("ck.toml", text);
+    return scene::load_scene(files.path() / "ck.toml");
+}
 
 } // namespace
 
@@ -236,14 +257,7 @@ TEST_CASE("Cameras follow bodies of the kernels, at a constant pose in a frame o
 
 TEST_CASE("An attitude that is known for an instant does not stop the position") {
     const KernelScene files;
-    // Clock of 100 ticks a second, at 100000 at the epoch; attitudes over some ticks.
-    files.write("clock.tsc",
-                "KPL/SCLK\n\\begindata\nSCLK_DATA_TYPE_77 = ( 1 )\nSCLK01_TIME_SYSTEM_77 = ( 1 )\n"
-                "SCLK01_N_FIELDS_77 = ( 2 )\nSCLK01_MODULI_77 = ( 1000000 100 )\n"
-                "SCLK01_OFFSETS_77 = ( 0 0 )\nSCLK01_COEFFICIENTS_77 = ( 0 -1000. 1.D0 )\n"
-                "FRAME_CRAFT = -77001\nFRAME_-77001_NAME = 'CRAFT'\nFRAME_-77001_CLASS = 3\n"
-                "FRAME_-77001_CLASS_ID = -77001\nFRAME_-77001_CENTER = -77\n"
-                "CK_-77001_SCLK = -77\n\\begintext\n");
+    write_clock(files);
     const std::string camera =
         "aberration = true\n[camera]\nephemeris = \"-900\"\nephemeris_frame = \"CRAFT\"\n";
     const Vec3 v = Vec3{11.9 - 6 + 1, -4 + 12, -2 + 5} * 1000.0; // of the SPK
@@ -252,13 +266,8 @@ TEST_CASE("An attitude that is known for an instant does not stop the position")
         INFO(ticks);
         const std::vector<double> words{half,  0,       0,           -half,   half, 0, 0,
                                         -half, 99999.9, 1e5 + ticks, 99999.9, 1,    2};
-        files.write(
-            "a.bc",
-            test::daf_bytes("CK", {{"ATTITUDE", {99999.9, 1e5 + ticks}, {-77001, 1, 3, 0}, words}}, false));
-        std::string text = files.head + camera;
-        text.replace(text.find("\"all.tm\""), 8, "[\"all.tm\", \"clock.tsc\", \"a.bc\"]");
-        files.write("ck.toml", text);
-        const scene::Scene s = scene::load_scene(files.path() / "ck.toml");
+        const scene::Scene s =
+            scene_of_ck(files, camera, {"ATTITUDE", {99999.9, 1e5 + ticks}, {-77001, 1, 3, 0}, words});
         const renderer::ScenePoses poses(s);
         const scene::PosePath& path = *s.camera.motion.path;
         for (const double t : {0.0, 0.004, 50.0, 150.0}) {
@@ -272,6 +281,45 @@ TEST_CASE("An attitude that is known for an instant does not stop the position")
         // Where the position holds it has no velocity.
         CHECK(length(poses.camera_velocity_m_s(300)) == 0);
     }
+}
+
+TEST_CASE("An attitude of exactly one instant is held, before and after it") {
+    const KernelScene files;
+    write_clock(files);
+    const double half = std::sqrt(0.5);
+    for (const double at_s : {0.0, 30.0, -20.0}) {
+        INFO(at_s);
+        const double ticks = 1e5 + 100 * at_s;
+        const scene::Scene s = scene_of_ck(
+            files, "[camera]\nephemeris = \"-900\"\nephemeris_frame = \"CRAFT\"\n",
+            {"ATTITUDE", {ticks, ticks}, {-77001, 1, 3, 0}, {half, 0, 0, -half, ticks, ticks, 1, 1}});
+        const scene::PosePath& path = *s.camera.motion.path;
+        for (const double t : {-50.0, 0.0, at_s, 150.0}) {
+            CHECK(angle(rotate(path.at(t).orientation, {1, 0, 0}), {0, 1, 0}) < 1e-12);
+            CHECK(std::abs(path.ages(t).attitude_s - std::abs(t - at_s)) < 1e-5);
+        }
+        const std::vector<std::string> said = renderer::instant_attitudes(s);
+        REQUIRE(said.size() == 1);
+        CHECK_THAT(said[0], ContainsSubstring("the attitude of the camera is known at one instant only"));
+        REQUIRE(path.attitude_instants_s().size() == 1);
+        CHECK(std::abs(path.attitude_instants_s()[0] - at_s) < 1e-5);
+    }
+    // An interval that does not cover scene time 0 is refused as before.
+    CHECK_THROWS_WITH(scene_of_ck(files, "[camera]\nephemeris = \"-900\"\nephemeris_frame = \"CRAFT\"\n",
+                                  {"ATTITUDE",
+                                   {1.1e5, 1.2e5},
+                                   {-77001, 1, 3, 0},
+                                   {half, 0, 0, -half, half, 0, 0, -half, 1.1e5, 1.2e5, 1.1e5, 1, 2}}),
+                      ContainsSubstring("not covered by the loaded kernels"));
+    // A message of one attitude is held too.
+    files.write("one.aem", "CCSDS_AEM_VERS = 1.0\nCREATION_DATE = 2020-01-01T00:00:00\nORIGINATOR = T\n"
+                           "META_START\nOBJECT_NAME = A\nOBJECT_ID = A\nREF_FRAME_A = ICRF\n"
+                           "REF_FRAME_B = SC_BODY_1\nATTITUDE_DIR = A2B\nTIME_SYSTEM = TDB\n"
+                           "START_TIME = 2000-01-01T12:00:00\nSTOP_TIME = 2000-01-01T12:00:00\n"
+                           "ATTITUDE_TYPE = QUATERNION\nQUATERNION_TYPE = FIRST\nMETA_STOP\nDATA_START\n"
+                           "2000-01-01T12:00:00 1 0 0 0\nDATA_STOP\n");
+    const scene::Scene aem = files.load("[camera]\nposition_m = [0, 0, 1e9]\nattitude = \"one.aem\"\n");
+    CHECK(renderer::instant_attitudes(aem).size() == 1);
 }
 
 TEST_CASE("In gaps of kernels the pose at the nearest covered time is used, and its age grows") {
