@@ -30,10 +30,12 @@ std::shared_ptr<const SpkData> make_spk_data(const std::string& place, std::int3
     case 18:
     case 19:
         return make_spk_samples(place, type, words);
+    case 10:
+        return make_spk_two_line(place, words);
     default:
         throw InputError(fmt::format(
-            "{}: SPK type {}{} is not supported, allowed 1, 2, 3, 5, 8, 9, 12, 13, 14, 15, 17, 18, 19, 20, 21",
-            place, type, type == 10 ? " (two-line elements)" : ""));
+            "{}: SPK type {} is not supported, allowed 1, 2, 3, 5, 8, 9, 10, 12, 13, 14, 15, 17, 18, 19, 20, 21",
+            place, type));
     }
 }
 

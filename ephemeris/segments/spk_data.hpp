@@ -30,7 +30,7 @@ public:
                                                            std::span<const double> words);
 
 /// Makers of each family, as make_spk_data(): Chebyshev series (types 2, 3, 14, 20), difference lines (1,
-/// 21), samples (8, 9, 12, 13, 18, 19) and orbits (5, 15, 17).
+/// 21), samples (8, 9, 12, 13, 18, 19), orbits (5, 15, 17) and two-line elements (10).
 [[nodiscard]] std::shared_ptr<const SpkData> make_spk_series(const std::string& place, std::int32_t type,
                                                              std::span<const double> words);
 [[nodiscard]] std::shared_ptr<const SpkData> make_spk_differences(const std::string& place, std::int32_t type,
@@ -39,5 +39,7 @@ public:
                                                               std::span<const double> words);
 [[nodiscard]] std::shared_ptr<const SpkData> make_spk_orbit(const std::string& place, std::int32_t type,
                                                             std::span<const double> words);
+[[nodiscard]] std::shared_ptr<const SpkData> make_spk_two_line(const std::string& place,
+                                                               std::span<const double> words);
 
 } // namespace obscura::ephemeris

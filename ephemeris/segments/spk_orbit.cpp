@@ -55,13 +55,8 @@ public:
         if (after == 0 || after == times_.size()) return at(after == 0 ? 0 : after - 1, time, state);
         StateKm early, late;
         if (!at(after - 1, time, early) || !at(after, time, late)) return false;
-        const double span = times_[after] - times_[after - 1];
-        const double angle = std::numbers::pi * since(time, times_[after - 1]) / span;
-        const double weight = 0.5 + 0.5 * std::cos(angle);
-        const double weight_rate = -0.5 * std::numbers::pi / span * std::sin(angle);
-        state.position = weight * early.position + (1 - weight) * late.position;
-        state.velocity = weight * early.velocity + (1 - weight) * late.velocity +
-                         weight_rate * (early.position - late.position);
+        state =
+            blended_states(early, late, since(time, times_[after - 1]), times_[after] - times_[after - 1]);
         return true;
     }
     [[nodiscard]] Interval reach() const noexcept override { return always; }

@@ -33,6 +33,15 @@ Stumpff stumpff(double z) {
 
 } // namespace
 
+StateKm blended_states(const StateKm& early, const StateKm& late, double after_s, double span_s) noexcept {
+    const double angle = std::numbers::pi * after_s / span_s;
+    const double weight = 0.5 + 0.5 * std::cos(angle);
+    const double weight_rate = -0.5 * std::numbers::pi / span_s * std::sin(angle);
+    return {weight * early.position + (1 - weight) * late.position,
+            weight * early.velocity + (1 - weight) * late.velocity +
+                weight_rate * (early.position - late.position)};
+}
+
 bool propagate_two_body(double gm, const StateKm& from, double dt_s, StateKm& to) noexcept {
     const double r0 = length(from.position);
     if (!(r0 > 0) || !(gm > 0) || !std::isfinite(dt_s)) return false;

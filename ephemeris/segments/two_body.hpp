@@ -11,6 +11,12 @@ struct StateKm {
     Vec3 position{}, velocity{};
 };
 
+/// Goes over from `early` to `late` within `span_s`, `after_s` from its beginning, by weights of a cosine;
+/// the velocity is the derivative of the position. Real-time safe. Source: NAIF, SPK Required Reading, types
+/// 5, 10.
+[[nodiscard]] StateKm blended_states(const StateKm& early, const StateKm& late, double after_s,
+                                     double span_s) noexcept;
+
 /// State `dt_s` after `from` about a centre of `gm` km3/s2, on an ellipse, parabola or hyperbola. False: no
 /// orbit (a zero radius, values that are not finite). Real-time safe. Source: Bate, Mueller and White (1971),
 /// Fundamentals of Astrodynamics, section 4.4, solved with Newton's method between bounds.

@@ -47,7 +47,7 @@ public:
         line.summary = "lists what SPICE kernels cover, and where bodies are over time";
         line.description =
             "Reads SPICE kernels: "
-            "SPK of all types but 10, binary PCK of type 2, CK (either byte order, or transfer files), text kernels (LSK, PCK, FK, SCLK) and meta-kernels. "
+            "SPK of all types, binary PCK of type 2, CK (either byte order, or transfer files), text kernels (LSK, PCK, FK, SCLK) and meta-kernels. "
             "Of several kernels the last that has something is used, as in SPICE. "
             "Without --target it lists bodies, frames and the times that are covered, with gaps. "
             "With --target it prints its place seen from --observer: position and velocity, distance, light time, right ascension and declination; "

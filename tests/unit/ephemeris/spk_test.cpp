@@ -341,9 +341,9 @@ TEST_CASE("Damaged, truncated and foreign SPK files are refused with file and pl
         return text.substr(text.find("bad.bsp"));
     };
     CHECK(
-        of(segment(10, 0, 1, {1, 2, 3})) ==
-        "bad.bsp: segment 1 (TEST): SPK type 10 (two-line elements) is not supported, allowed 1, 2, 3, 5, 8, "
-        "9, 12, 13, 14, 15, 17, 18, 19, 20, 21");
+        of(segment(11, 0, 1, {1, 2, 3})) ==
+        "bad.bsp: segment 1 (TEST): SPK type 11 is not supported, allowed 1, 2, 3, 5, 8, 9, 10, 12, 13, 14, 15, 17, "
+        "18, 19, 20, 21");
     DafSegment twice = sampled_segment(9, 20, 4, cubic);
     twice.words[20 * 6 + 7] = twice.words[20 * 6 + 6];
     CHECK_THAT(of(twice),
