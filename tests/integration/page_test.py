@@ -18,6 +18,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import browser  # noqa: E402
 from children import Child  # noqa: E402
+from checks import until  # noqa: E402
 from page_view import PATIENCE_S, Api, drawn, go, place_of, rows_of, there  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
@@ -41,7 +42,8 @@ def live_screen(window, api):
     go(window, "live")
     check("live pictures come", window.wait_for("document.querySelector('table[aria-label=Frame]')"), window.text(".stage-note"))
     api.ask(f"cameras/{camera}/features", "PATCH", {"TriggerSource": "Software"})
-    told = api.json(f"cameras/{camera}/trigger", "POST", {})
+    # A frame of the timer may still be in progress.
+    told = until(lambda: api.json(f"cameras/{camera}/trigger", "POST", {}), lambda told: told.get("outcome") in ("complete", "late"))
     frame = str(told["frame"])
     check("the page shows the frame that was triggered", window.wait_for(f"document.querySelector('table[aria-label=Frame] td').textContent === '{frame}'"), (told, rows_of(window, "Frame")))
     window.evaluate("[...document.querySelectorAll('.toolbar button')].find((b) => b.textContent === '1:1').click()")
