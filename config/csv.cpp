@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/text/number.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/text.hpp"
 
 #include <fmt/format.h>

@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/io/text_file.hpp"
+#include "core/text/printable.hpp"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -132,14 +133,6 @@ std::string_view kind_name(Value::Kind kind) {
         break;
     }
     return "a table";
-}
-
-std::string printable(std::string_view text, std::size_t limit) {
-    std::string out;
-    for (const char c : text.substr(0, limit))
-        out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-    if (text.size() > limit) out += "...";
-    return out;
 }
 
 std::string read_text(const std::filesystem::path& file, std::string& text) {

@@ -52,7 +52,4 @@ struct Member {
 /// Reads a text file of at most 64 MiB. Returns an empty string, or why it could not be read.
 [[nodiscard]] std::string read_text(const std::filesystem::path& file, std::string& text);
 
-/// `text` on one line and free of control characters, for messages that quote foreign text.
-[[nodiscard]] std::string printable(std::string_view text, std::size_t limit = 120);
-
 } // namespace obscura::config

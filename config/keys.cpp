@@ -4,6 +4,7 @@
 #include "config/key_texts.hpp"
 #include "core/error.hpp"
 #include "core/overloaded.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>

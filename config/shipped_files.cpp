@@ -3,6 +3,8 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
@@ -42,8 +44,8 @@ const fs::path& shipped_data_folder() {
 std::vector<fs::path> shipped_files(const ShippedFolder& folder) {
     std::vector<fs::path> files;
     std::error_code error;
-    for (const auto& entry : fs::directory_iterator(shipped_data_folder() / folder.name, error))
-        if (entry.path().extension() == folder.ending) files.push_back(entry.path());
+    for (const std::filesystem::path& entry : paths_in(shipped_data_folder() / folder.name, error))
+        if (entry.extension() == folder.ending) files.push_back(entry);
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
         return a.stem() < b.stem(); // "moon" before "moon-realtime"
     });

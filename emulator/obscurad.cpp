@@ -4,8 +4,10 @@
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/io/memory_budget.hpp"
+#include "core/io/stop_reading.hpp"
+#include "core/io/temporary_name.hpp"
 #include "core/realtime/log.hpp"
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/control/call_server.hpp"
 #include "emulator/control/configuration_call.hpp"
@@ -13,6 +15,8 @@
 #include "emulator/monitor/monitor.hpp"
 #include "emulator/version.hpp"
 #include "host/service_notify.hpp"
+#include "host/standard_output.hpp"
+#include "images/writers/raw.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -22,10 +26,10 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
+#include <optional>
 #include <string>
-#include <vector>
+#include <utility>
 
 namespace {
 
@@ -40,20 +44,6 @@ struct Options {
     bool check = false;
     bool print_config = false;
 };
-
-// Replaces `file` atomically: writes a temporary file beside it and renames that.
-void write_whole(const std::string& file, const std::string& text) {
-    const std::string temporary = fmt::format("{}.{}", file, ::getpid());
-    std::ofstream out(temporary, std::ios::binary);
-    out << text;
-    out.close();
-    std::error_code error;
-    if (out) std::filesystem::rename(temporary, file, error);
-    if (!out || error) {
-        std::filesystem::remove(temporary, error);
-        throw OutputError(fmt::format("{}: cannot be written", file));
-    }
-}
 
 // Signals are taken one by one in serve(); every thread made later inherits the mask.
 sigset_t block_signals() {
@@ -124,14 +114,32 @@ std::string reload(emulator::Daemon& daemon, const std::function<emulator::Daemo
     return why;
 }
 
-// A file that cannot be written now does not end a daemon that serves.
-void write_statistics(const emulator::Daemon& daemon, const std::string& file) {
-    try {
-        write_whole(file, daemon.statistics_json());
-    } catch (const OutputError& e) {
-        log_error("statistics: {}", e.what());
+/// The file of counters and latencies; empty: none.
+class StatisticsFile {
+public:
+    explicit StatisticsFile(std::string file) : file_(std::move(file)) {
+        if (!file_.empty()) remove_left_temporaries(file_);
     }
-}
+    /// A file that cannot be written now does not end a daemon that serves; a cause is logged once.
+    void write(const emulator::Daemon& daemon) {
+        if (file_.empty()) return;
+        std::string complaint;
+        try {
+            images::write_text(file_, daemon.statistics_json());
+        } catch (const OutputError& e) {
+            complaint = e.what();
+        }
+        if (complaint == complaint_) return;
+        if (complaint.empty())
+            log_notice("statistics: {}: written again", file_);
+        else
+            log_error("statistics: {}", complaint);
+        complaint_ = complaint;
+    }
+
+private:
+    std::string file_, complaint_;
+};
 
 // Serves until SIGTERM or SIGINT.
 void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallServer& calls,
@@ -142,6 +150,7 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallS
     const auto between_statistics_ns =
         static_cast<std::int64_t>(options.statistics_interval_s * static_cast<double>(ns_per_s));
     Time next_statistics = clock.now() + between_statistics_ns;
+    StatisticsFile statistics(options.statistics_file);
     const auto mind = [&] {
         daemon.tick();
         monitor.tick();
@@ -187,10 +196,10 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, emulator::CallS
             });
         if (signal == SIGUSR1) {
             log_notice("SIGUSR1: {}", daemon.summary());
-            if (!options.statistics_file.empty()) write_statistics(daemon, options.statistics_file);
+            statistics.write(daemon);
         }
         if (between_statistics_ns > 0 && clock.now() >= next_statistics) {
-            write_statistics(daemon, options.statistics_file);
+            statistics.write(daemon);
             next_statistics = clock.now() + between_statistics_ns;
         }
         if (signal == SIGUSR2) {
@@ -215,6 +224,7 @@ void give_up_capabilities(const emulator::ThreadPlan& threads) {
 
 int run(const Options& options) {
     const sigset_t signals = block_signals();
+    std::optional<StopReading> stop_reading(stop_is_pending);
     const emulator::DaemonConfig config = emulator::load_config(options.config_file);
     if (options.print_config) {
         std::fputs(emulator::print_config(config).c_str(), stdout);
@@ -231,15 +241,9 @@ int run(const Options& options) {
         return exit_ok;
     }
     log_info("obscurad {} starting with {}", emulator::version, config.source.string());
-    std::vector<std::ofstream> timing; // must outlive the daemon
     emulator::Daemon daemon(config);
-    timing.resize(options.timing_file.empty() ? 0 : daemon.camera_count());
-    for (std::size_t i = 0; i < timing.size(); ++i) {
-        const std::string file = options.timing_file + (i == 0 ? "" : fmt::format(".{}", i));
-        timing[i].open(file);
-        if (!timing[i]) throw OutputError(fmt::format("{}: cannot be written", file));
-        daemon.write_timing_to(timing[i], i);
-    }
+    for (std::size_t i = 0; !options.timing_file.empty() && i < daemon.camera_count(); ++i)
+        daemon.write_timing_to(options.timing_file + (i == 0 ? "" : fmt::format(".{}", i)), i);
     if (config.daemon.drop_capabilities) give_up_capabilities(daemon.threads());
     if (!load_tiles(daemon)) {
         log_notice("stopped while tiles were made");
@@ -252,16 +256,20 @@ int run(const Options& options) {
     const std::string ready = fmt::format("ready {}\n", daemon.address());
     std::fputs(ready.c_str(), stdout);
     std::fflush(stdout);
-    if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
+    if (!options.ready_file.empty()) images::write_text(options.ready_file, ready);
     host::notify_service_manager("READY=1");
 
+    stop_reading.reset();
     serve(daemon, monitor, calls, signals, options);
 
     host::notify_service_manager("STOPPING=1");
     calls.stop();
     daemon.stop();
     log_line(LogLevel::notice, daemon.summary(), "COUNTERS");
-    if (!options.statistics_file.empty()) write_whole(options.statistics_file, daemon.statistics_json());
+    if (!options.statistics_file.empty())
+        images::write_text(options.statistics_file, daemon.statistics_json());
+    if (const std::uint64_t lost = daemon.lost_timing_rows(); lost > 0)
+        throw OutputError(fmt::format("{}: {} rows are missing, see the log", options.timing_file, lost));
     return exit_ok;
 }
 
@@ -309,17 +317,19 @@ int main(int argc, char* argv[]) {
         return app.exit(e) == 0 ? exit_ok : exit_usage;
     }
     try {
-        return run(options);
+        return host::with_standard_output([&] { return run(options); });
+    } catch (const ReadingStopped&) {
+        log_notice("stopped while files were read");
+        return exit_ok;
     } catch (const Error& e) {
-        fmt::print(stderr, "{}\n", for_terminal(e.what()));
+        print_message(e.what());
         return e.status();
     } catch (const std::bad_alloc&) {
-        fmt::print(
-            stderr,
-            "out of memory: fewer pool frames (daemon.pool_frames), a smaller sensor or a larger daemon.memory_limit_mib may help\n");
+        print_message(
+            "out of memory: fewer pool frames (daemon.pool_frames), a smaller sensor or a larger daemon.memory_limit_mib may help");
         return exit_hardware;
     } catch (const std::exception& e) {
-        fmt::print(stderr, "internal error: {}\n", for_terminal(e.what()));
+        print_message(fmt::format("internal error: {}", e.what()));
         return exit_software;
     }
 }

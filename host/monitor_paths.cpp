@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/monitor_paths.hpp"
 
+#include "core/io/path_state.hpp"
+
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -94,9 +96,9 @@ std::string prepare_socket_folder(const fs::path& folder) {
 void remove_left_over_sockets(const fs::path& folder) {
     std::error_code error;
     std::vector<fs::path> left_over;
-    for (const auto& entry : fs::directory_iterator(folder, error)) {
-        const pid_t pid = process_of(entry.path().filename().string());
-        if (pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH) left_over.push_back(entry.path());
+    for (const std::filesystem::path& entry : paths_in(folder, error)) {
+        const pid_t pid = process_of(entry.filename().string());
+        if (pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH) left_over.push_back(entry);
     }
     for (const fs::path& socket : left_over)
         fs::remove(socket, error);
@@ -106,13 +108,13 @@ std::vector<fs::path> monitor_sockets() {
     std::error_code error;
     std::vector<fs::path> folders{session_folder(), temporary_folder()};
     // Each unit has a folder of its own below /run, obscura or obscura-INSTANCE.
-    for (const auto& entry : fs::directory_iterator("/run", error))
-        if (entry.path().filename().string().rfind("obscura", 0) == 0) folders.push_back(entry.path());
+    for (const std::filesystem::path& entry : paths_in("/run", error))
+        if (entry.filename().string().rfind("obscura", 0) == 0) folders.push_back(entry);
     std::vector<fs::path> found;
     for (const fs::path& folder : folders) {
         if (folder.empty() || !trusted(folder)) continue;
-        for (const auto& entry : fs::directory_iterator(folder, error)) {
-            if (is_socket_name(entry.path().filename().string(), suffix)) found.push_back(entry.path());
+        for (const std::filesystem::path& entry : paths_in(folder, error)) {
+            if (is_socket_name(entry.filename().string(), suffix)) found.push_back(entry);
         }
     }
     std::sort(found.begin(), found.end());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/setting_text.hpp"
 
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
-#include "core/text/terminal_text.hpp"
 #include "host/command_line.hpp"
 
 #include <fmt/format.h>

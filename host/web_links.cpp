@@ -2,6 +2,7 @@
 #include "host/web_links.hpp"
 
 #include "core/io/file_descriptor.hpp"
+#include "core/io/path_state.hpp"
 #include "host/monitor_paths.hpp"
 
 #include <fcntl.h>
@@ -49,9 +50,9 @@ std::map<pid_t, std::filesystem::path> link_files() {
     std::error_code error;
     const std::filesystem::path folder = own_monitor_folder();
     if (!is_own(folder)) return files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        const pid_t pid = process_of_link(entry.path().filename().string());
-        if (pid != 0 && is_own(entry.path())) files[pid] = entry.path();
+    for (const std::filesystem::path& entry : paths_in(folder, error)) {
+        const pid_t pid = process_of_link(entry.filename().string());
+        if (pid != 0 && is_own(entry)) files[pid] = entry;
     }
     return files;
 }

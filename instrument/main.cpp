@@ -2,10 +2,11 @@
 // Main program obscura-instrument: the cameras of a daemon as an instrument of a test bench.
 #include "core/error.hpp"
 #include "core/io/address_range.hpp"
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "host/command_line.hpp"
 #include "host/interrupt.hpp"
 #include "host/service_notify.hpp"
+#include "host/standard_output.hpp"
 #include "instrument/link/admission.hpp"
 #include "instrument/link/daemon_finder.hpp"
 #include "instrument/lxi/server.hpp"
@@ -182,12 +183,13 @@ int run(const std::vector<std::string>& arguments) {
 
 int main(int argc, char* argv[]) {
     try {
-        return run(std::vector<std::string>(argv + 1, argv + argc));
+        return host::with_standard_output(
+            [&] { return run(std::vector<std::string>(argv + 1, argv + argc)); });
     } catch (const Error& error) {
-        fmt::print(stderr, "{}\n", for_terminal(error.what()));
+        print_message(error.what());
         return error.status();
     } catch (const std::exception& error) {
-        fmt::print(stderr, "obscura-instrument: internal error: {}\n", for_terminal(error.what()));
+        print_message(fmt::format("obscura-instrument: internal error: {}", error.what()));
         return exit_software;
     }
 }

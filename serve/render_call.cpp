@@ -4,6 +4,7 @@
 #include "core/camera/setting_table.hpp"
 #include "core/error.hpp"
 #include "core/io/memory_budget.hpp"
+#include "core/text/printable.hpp"
 #include "renderer/lights/detector_response.hpp"
 #include "renderer/world/scene_poses.hpp"
 #include "sensors/sensor.hpp"
@@ -91,8 +92,8 @@ std::vector<std::size_t> aovs_of(const json& layers) {
         const std::string name = layer.is_string() ? layer.get<std::string>() : "no name";
         const auto at = std::find(known.begin(), known.end(), name);
         if (at == known.end())
-            throw bad_render_argument(
-                "layers", fmt::format("\"{}\" is not known", config::printable(name, 60)), allowed);
+            throw bad_render_argument("layers", fmt::format("\"{}\" is not known", printable(name, 60)),
+                                      allowed);
         chosen.push_back(static_cast<std::size_t>(at - known.begin()));
     }
     return chosen;

@@ -4,6 +4,7 @@
 #include "config/section.hpp"
 #include "core/error.hpp"
 #include "core/io/path_below.hpp"
+#include "core/text/printable.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "service/failure.hpp"
 
@@ -151,9 +152,8 @@ void SceneCalls::check_file(const std::filesystem::path& file, const std::string
     if (name.find('\0') == std::string::npos && (inside(root_) || inside(config::shipped_data_folder()) ||
                                                  std::any_of(further_.begin(), further_.end(), inside)))
         return;
-    throw ConfigError(
-        fmt::format("\"{}\": only files below the server's folder, and shipped ones, can be used",
-                    config::printable(name)));
+    throw ConfigError(fmt::format(
+        "\"{}\": only files below the server's folder, and shipped ones, can be used", printable(name)));
 }
 
 void SceneCalls::check_files(config::Value root, const std::filesystem::path& file) const {
@@ -168,8 +168,7 @@ std::filesystem::path SceneCalls::file(const config::ShippedFolder& folder, cons
     check_file(file, name);
     std::error_code error;
     if (!std::filesystem::exists(file, error))
-        throw InputError(
-            fmt::format("\"{}\": {}", config::printable(name), config::explain_missing({folder}, name)));
+        throw InputError(fmt::format("\"{}\": {}", printable(name), config::explain_missing({folder}, name)));
     return file;
 }
 

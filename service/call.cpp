@@ -2,6 +2,7 @@
 #include "service/call.hpp"
 
 #include "config/section.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
@@ -50,7 +51,7 @@ const Call& find_call(const Calls& calls, std::string_view name) {
     for (const Call& call : calls)
         known.push_back(call.name);
     Failure failure(FailureCode::unknown_call,
-                    fmt::format("no call \"{}\", {}", config::printable(name, 60), suggestion(name, known)));
+                    fmt::format("no call \"{}\", {}", printable(name, 60), suggestion(name, known)));
     failure.field = "call";
     failure.allowed = fmt::format("{}", fmt::join(known, ", "));
     throw failure;
@@ -166,7 +167,7 @@ config::Value value_of(const json& json, const std::string& field) {
         for (const auto& [name, item] : json.items())
             value.members.push_back({name, {}, value_of(item, fmt::format("{}.{}", field, name))});
     } else {
-        throw bad_argument(field, fmt::format("{}: nil is no value here", config::printable(field, 200)));
+        throw bad_argument(field, fmt::format("{}: nil is no value here", printable(field, 200)));
     }
     return value;
 }

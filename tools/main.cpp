@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Main program of `obscura VERB`, the command line beside the daemon.
+#include "core/io/stop_reading.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
-#include "core/text/terminal_text.hpp"
 #include "host/interrupt.hpp"
+#include "host/standard_output.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -74,6 +76,7 @@ void print_help() {
 int run(const std::vector<std::string>& arguments) {
     if (arguments.empty()) throw host::UsageError("obscura: a verb is missing (try: obscura --help)");
     host::catch_interrupts();
+    const StopReading stop_reading(host::interrupted);
     std::string verb = arguments.front();
     std::size_t words = 1;
     // A verb of two words, as "import stars", goes before the one of the first word.
@@ -123,15 +126,16 @@ int run(const std::vector<std::string>& arguments) {
 
 int main(int argc, char* argv[]) {
     try {
-        return run(std::vector<std::string>(argv + 1, argv + argc));
+        return host::with_standard_output(
+            [&] { return run(std::vector<std::string>(argv + 1, argv + argc)); });
     } catch (const Error& error) {
-        fmt::print(stderr, "{}\n", for_terminal(error.what()));
+        print_message(error.what());
         return error.status();
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "obscura: not enough memory for images of this size\n");
+        print_message("obscura: not enough memory for images of this size");
         return exit_failure;
     } catch (const std::exception& error) {
-        fmt::print(stderr, "obscura: internal error: {}\n", for_terminal(error.what()));
+        print_message(fmt::format("obscura: internal error: {}", error.what()));
         return exit_software;
     }
 }

@@ -2,6 +2,7 @@
 #include "transports/registry.hpp"
 
 #include "config/document.hpp"
+#include "core/text/printable.hpp"
 #include "transports/file/settings.hpp"
 #include "transports/gige/settings.hpp"
 #include "transports/stimulator/settings.hpp"
@@ -89,7 +90,7 @@ void ConfiguredTransports::check_apart(const ConfiguredTransports& earlier, std:
                     return other.key == mine.key && other.value == mine.value;
                 }))
                 table.refuse(mine.key, fmt::format("\"{}\" is the {} of {}, too; each camera needs its own",
-                                                   config::printable(mine.shown), mine.what, earlier_name));
+                                                   printable(mine.shown), mine.what, earlier_name));
     }
 }
 

@@ -2,11 +2,12 @@
 // Main program obscura-web: page, metrics and events of the daemons of this machine over HTTP.
 #include "core/error.hpp"
 #include "core/realtime/log.hpp"
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "host/command_line.hpp"
 #include "host/interrupt.hpp"
 #include "host/monitor_paths.hpp"
 #include "host/service_notify.hpp"
+#include "host/standard_output.hpp"
 #include "host/web_links.hpp"
 #include "web/api/openapi.hpp"
 #include "web/api/routes.hpp"
@@ -260,12 +261,13 @@ int run(const std::vector<std::string>& arguments) {
 
 int main(int argc, char* argv[]) {
     try {
-        return run(std::vector<std::string>(argv + 1, argv + argc));
+        return host::with_standard_output(
+            [&] { return run(std::vector<std::string>(argv + 1, argv + argc)); });
     } catch (const Error& error) {
-        fmt::print(stderr, "{}\n", for_terminal(error.what()));
+        print_message(error.what());
         return error.status();
     } catch (const std::exception& error) {
-        fmt::print(stderr, "obscura-web: internal error: {}\n", for_terminal(error.what()));
+        print_message(fmt::format("obscura-web: internal error: {}", error.what()));
         return exit_software;
     }
 }

@@ -2,7 +2,7 @@
 #include "core/io/address_range.hpp"
 
 #include "core/error.hpp"
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>

@@ -3,6 +3,7 @@
 
 #include "core/clock.hpp"
 #include "core/realtime/log_history.hpp"
+#include "core/text/printable.hpp"
 
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -66,14 +67,6 @@ private:
     int fd_ = -1; // open until the process ends
 };
 
-/// Replaces control characters: text from devices, files and networks must not forge lines or set colours.
-std::string printable(std::string_view text) {
-    std::string clean(text);
-    for (char& c : clean)
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
-    return clean;
-}
-
 /// Lines "OBSCURA_CAMERA=0\n" for the fields of `message` that follow the words camera and frame, as `text`
 /// has them.
 std::string number_fields(std::string_view text, std::string_view message) {
@@ -120,7 +113,7 @@ void write_line(LogLevel level, const std::string& text, std::string_view messag
 } // namespace
 
 std::string journal_entry(LogLevel level, std::string_view text, std::string_view message) {
-    const std::string line = printable(text);
+    const std::string line = printable(text, max_message_bytes);
     return fmt::format("MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER={}\nOBSCURA_PART={}\nMESSAGE_ID={}\n{}",
                        line, static_cast<int>(level), program_invocation_short_name,
                        line.substr(0, line.find_first_of(": ")), message_id(message),
@@ -183,7 +176,7 @@ void log_line(LogLevel level, std::string_view text, std::string_view message) {
         write_line(LogLevel::warning, fmt::format(left_out, suppressed, LogLimit::window_ns / ns_per_s),
                    left_out);
     }
-    write_line(level, printable(text), message);
+    write_line(level, printable(text, max_message_bytes), message);
 }
 
 void LogHistory::add(LogLevel level, std::string_view text, std::int64_t utc_ns, std::string_view message) {

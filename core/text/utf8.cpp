@@ -1,19 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/text/utf8.hpp"
 
-#include <cstddef>
-
 namespace obscura {
-namespace {
 
-/// The beginning of a text: `bytes` of it are one character, or else the maximal part that is none.
-struct Utf8Start {
-    std::size_t bytes = 0;
-    bool character = false;
-};
-
-/// `text` is not empty.
-Utf8Start start_of(std::string_view text) noexcept {
+Utf8Start utf8_start(std::string_view text) noexcept {
     const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const unsigned char first = byte(0);
     if (first < 0x80) return {1, true};
@@ -28,11 +18,9 @@ Utf8Start start_of(std::string_view text) noexcept {
     return {length, true};
 }
 
-} // namespace
-
 bool is_utf8(std::string_view text) noexcept {
     while (!text.empty()) {
-        const Utf8Start start = start_of(text);
+        const Utf8Start start = utf8_start(text);
         if (!start.character) return false;
         text.remove_prefix(start.bytes);
     }
@@ -43,7 +31,7 @@ std::string as_utf8(std::string_view text) {
     std::string valid;
     valid.reserve(text.size());
     while (!text.empty()) {
-        const Utf8Start start = start_of(text);
+        const Utf8Start start = utf8_start(text);
         valid += start.character ? text.substr(0, start.bytes) : std::string_view("\xEF\xBF\xBD");
         text.remove_prefix(start.bytes);
     }

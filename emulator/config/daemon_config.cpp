@@ -3,6 +3,8 @@
 
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 #include "emulator/config/initial_camera.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -36,7 +38,7 @@ config::Section scene_section(std::string& scene_file) {
                 const std::string given = std::exchange(scene_file, {});
                 const std::string file =
                     config::file_of_key(value, table.where().in("file"), given, config::shipped_scenes);
-                scene_file = std::filesystem::absolute(file).lexically_normal().string();
+                scene_file = absolute_path(file).string();
             });
     };
     return section;
@@ -174,7 +176,7 @@ void note_sources_of(const Tables& tables, const std::string& path, DaemonConfig
 /// Reads all sections; not the scene file.
 DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& mistakes) {
     DaemonConfig config;
-    config.source = std::filesystem::absolute(tables.top.file).lexically_normal();
+    config.source = absolute_path(tables.top.file);
     const std::size_t before = mistakes.count();
     config::Section whole = root_section(config);
     for (config::Section& section : whole.tables) {
@@ -333,8 +335,7 @@ DaemonConfig load_config(const std::filesystem::path& file) {
 
 std::string print_config(const DaemonConfig& config) {
     DaemonConfig c = config; // the sections bind to what can be written
-    std::string out =
-        fmt::format("# Effective configuration of {}\n", config::printable(c.source.string(), 1000));
+    std::string out = fmt::format("# Effective configuration of {}\n", printable(c.source.string(), 1000));
     for (const config::Section& section : shared_sections(c))
         out += print_section(section, "");
     if (!c.several) {
@@ -354,7 +355,7 @@ std::string print_config(const DaemonConfig& config) {
 }
 
 DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_file) {
-    const std::filesystem::path file = std::filesystem::absolute(scene_file).lexically_normal();
+    const std::filesystem::path file = absolute_path(scene_file);
     const scene::Scene scene = scene::load_scene(file);
     std::vector<DaemonConfig*> cameras{&config};
     for (DaemonConfig& other : config.others)

@@ -2,6 +2,7 @@
 #include "emulator/control/camera_calls.hpp"
 
 #include "core/realtime/log.hpp"
+#include "core/text/printable.hpp"
 #include "emulator/control/camera_features.hpp"
 #include "emulator/simulator/simulator_protocol.hpp"
 #include "emulator/simulator/simulator_server.hpp"
@@ -270,8 +271,8 @@ Answer CameraCalls::get(const Get& get) const {
     for (const json& name : get.names) {
         const std::string text = name.is_string() ? name.get<std::string>() : std::string();
         if (!now.contains(text))
-            throw bad_argument(
-                "names", fmt::format("camera.get: names: no feature \"{}\"", config::printable(text, 60)));
+            throw bad_argument("names",
+                               fmt::format("camera.get: names: no feature \"{}\"", printable(text, 60)));
         wanted[text] = now[text];
     }
     return {{{"values", std::move(wanted)}}};

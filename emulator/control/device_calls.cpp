@@ -2,6 +2,7 @@
 #include "emulator/control/device_calls.hpp"
 
 #include "config/document.hpp"
+#include "core/text/printable.hpp"
 #include "transports/device_features.hpp"
 
 #include <fmt/format.h>
@@ -94,7 +95,7 @@ Answer set(const ControlledCamera& camera, const Written& wanted) {
             throw Failure(FailureCode::controlled, fmt::format("controlled by {}", controller));
         if (const std::string why = camera.device->set(wanted.name, value); !why.empty())
             throw bad_argument(wanted.name,
-                               fmt::format("device.set: {}: {}", config::printable(wanted.name, 60), why));
+                               fmt::format("device.set: {}: {}", printable(wanted.name, 60), why));
     });
     return {};
 }

@@ -5,6 +5,7 @@
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
 #include "core/io/path_below.hpp"
+#include "core/text/printable.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 
@@ -42,8 +43,7 @@ struct SceneArguments {
 std::filesystem::path file_of(const std::string& name, const std::filesystem::path& folder) {
     if (auto shipped = config::find_shipped(config::shipped_scenes, name)) return *shipped;
     const auto refuse = [&name](const std::string& why) {
-        return bad_argument("file",
-                            fmt::format("scene.show: file: \"{}\": {}", config::printable(name, 200), why));
+        return bad_argument("file", fmt::format("scene.show: file: \"{}\": {}", printable(name, 200), why));
     };
     if (name.find('\0') != std::string::npos) throw refuse("no such file");
     if (!is_below(folder / name, folder))

@@ -232,8 +232,15 @@ void Daemon::tick() {
     }
 }
 
-void Daemon::write_timing_to(std::ostream& out, std::size_t camera) {
-    units_.at(camera)->write_timing_to(out);
+void Daemon::write_timing_to(const std::filesystem::path& file, std::size_t camera) {
+    units_.at(camera)->write_timing_to(file);
+}
+
+std::uint64_t Daemon::lost_timing_rows() const noexcept {
+    std::uint64_t lost = 0;
+    for (const auto& unit : units_)
+        lost += unit->lost_timing_rows();
+    return lost;
 }
 
 void Daemon::publish_clock_states() {

@@ -67,9 +67,11 @@ public:
                                      const std::function<bool()>& meanwhile = {});
     /// Takes control of all cameras away from their clients.
     void release_control();
-    /// Makes tick() append the time stamps of every further frame of that camera to `out`, as CSV. `out` must
-    /// outlive the daemon.
-    void write_timing_to(std::ostream& out, std::size_t camera = 0);
+    /// Makes tick() append the time stamps of every further frame of that camera to `file`, as CSV. Throws
+    /// OutputError.
+    void write_timing_to(const std::filesystem::path& file, std::size_t camera = 0);
+    /// Frames of all cameras whose row in those files is missing.
+    [[nodiscard]] std::uint64_t lost_timing_rows() const noexcept;
     /// True if every thread has beaten since the last call that returned true; to be called several times a
     /// second until it does. A thread without heartbeat is logged once.
     [[nodiscard]] bool alive();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/monitor/own_threads.hpp"
 
+#include "core/io/path_state.hpp"
+
 #include <sched.h>
 #include <unistd.h>
 
@@ -43,8 +45,8 @@ std::string status_field(const std::filesystem::path& status, std::string_view n
 std::vector<OwnThread> own_threads(const std::filesystem::path& tasks) {
     std::vector<OwnThread> threads;
     std::error_code error;
-    for (const auto& task : std::filesystem::directory_iterator(tasks, error)) {
-        std::ifstream in(task.path() / "stat");
+    for (const std::filesystem::path& task : paths_in(tasks, error)) {
+        std::ifstream in(task / "stat");
         const std::string stat{std::istreambuf_iterator<char>(in), {}};
         // The name, in parentheses, may itself hold any character.
         const std::size_t open = stat.find('('), close = stat.rfind(')');
@@ -65,7 +67,7 @@ std::vector<OwnThread> own_threads(const std::filesystem::path& tasks) {
             if (number == policy) thread.policy = policy_name(std::stoi(field));
         }
         thread.cpu_s = ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));
-        thread.cores = status_field(task.path() / "status", "Cpus_allowed_list");
+        thread.cores = status_field(task / "status", "Cpus_allowed_list");
         threads.push_back(std::move(thread));
     }
     return threads;

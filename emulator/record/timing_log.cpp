@@ -65,11 +65,10 @@ void TimingLog::queued(const std::function<void(const FrameTiming&)>& look) cons
 }
 
 std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std::int64_t> pace_ns) {
-    return drain([&](const FrameTiming& frame) { write_line(frame, out, pace_ns); }, before);
+    return drain([&](const FrameTiming& frame) { out << row(frame, pace_ns); }, before);
 }
 
-void TimingLog::write_line(const FrameTiming& t, std::ostream& out,
-                           std::span<const std::int64_t> pace_ns) const {
+std::string TimingLog::row(const FrameTiming& t, std::span<const std::int64_t> pace_ns) const {
     fmt::memory_buffer line;
     const auto to = std::back_inserter(line);
     const FrameRecord record = record_of(t, render_);
@@ -90,7 +89,7 @@ void TimingLog::write_line(const FrameTiming& t, std::ostream& out,
         separator = " ";
     }
     line.push_back('\n');
-    out.write(line.data(), static_cast<std::streamsize>(line.size()));
+    return fmt::to_string(line);
 }
 
 std::string TimingLog::header() const {

@@ -72,8 +72,8 @@ public:
     /// The same as drain(), to the file.
     std::size_t drain(std::ostream& out, Time before = Time{INT64_MAX},
                       std::span<const std::int64_t> pace_ns = {});
-    /// Appends the line of a frame to `out`. `pace_ns`: see Transport::pace_ns(), by slot; none: 0.
-    void write_line(const FrameTiming& frame, std::ostream& out, std::span<const std::int64_t> pace_ns) const;
+    /// Row of a frame, with its line end. `pace_ns`: see Transport::pace_ns(), by slot; none: 0.
+    [[nodiscard]] std::string row(const FrameTiming& frame, std::span<const std::int64_t> pace_ns) const;
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
     /// First line of the file: names of the columns; times are in ns of the scheduling clock.

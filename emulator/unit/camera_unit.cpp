@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/unit/camera_unit.hpp"
 
+#include "core/io/stop_reading.hpp"
 #include "emulator/unit/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
 #include "renderer/world/pose_age.hpp"
@@ -170,6 +171,7 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
     if (simulator_) return "the scene cannot change while a simulator moves it; restart for that";
     std::atomic<bool> stop{false};
     bool loaded = false;
+    const StopReading stop_reading([&] { return stop.load(); });
     auto built = std::async(std::launch::async, [&] {
         auto renderer = make_renderer(next, next.scene, threads_, false);
         loaded = imaging_->load_tiles(*renderer, [&](double) { return !stop; });
@@ -239,14 +241,15 @@ void CameraUnit::tick() {
         pace_ns.push_back(transport->pace_ns());
     const auto take = [&](const FrameTiming& frame) {
         recent_timing_.note(frame);
-        if (timing_out_ != nullptr) timing_.write_line(frame, *timing_out_, pace_ns);
+        if (timing_file_) timing_file_->add(timing_.row(frame, pace_ns));
     };
     timing_.drain(take, stopped_ ? Time{INT64_MAX} : imaging_->clock.now() - transports_done_ns);
+    if (timing_file_) timing_file_->flush();
 }
 
-void CameraUnit::write_timing_to(std::ostream& out) {
-    out << timing_.header();
-    timing_out_ = &out;
+void CameraUnit::write_timing_to(const std::filesystem::path& file) {
+    timing_file_.emplace(file);
+    timing_file_->add(timing_.header());
     timing_.keep_rows(imaging_->pool->max_rows());
 }
 

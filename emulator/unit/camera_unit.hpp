@@ -16,6 +16,7 @@
 #include "emulator/unit/pixel_probe.hpp"
 #include "emulator/unit/statistics.hpp"
 #include "emulator/unit/thread_plan.hpp"
+#include "images/writers/row_file.hpp"
 #include "images/writers/shared_cards.hpp"
 #include "sync/ptp_monitor.hpp"
 #include "transports/transport.hpp"
@@ -25,8 +26,8 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
-#include <iosfwd>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -78,7 +79,12 @@ public:
     void set_tai_correction(TaiCorrection correction) noexcept {
         imaging_->clock.set_tai_correction(correction);
     }
-    void write_timing_to(std::ostream& out);
+    /// See Daemon::write_timing_to().
+    void write_timing_to(const std::filesystem::path& file);
+    /// Frames whose row in that file is missing.
+    [[nodiscard]] std::uint64_t lost_timing_rows() const noexcept {
+        return timing_file_ ? timing_file_->lost_rows() : 0;
+    }
 
     /// Runs `work` where no client of a transport changes the camera meanwhile, with the address of the
     /// client that controls it (empty: none), and returns once it has run. Rethrows what it throws. Between
@@ -145,7 +151,7 @@ private:
     const ThreadPlan threads_;
     TimingLog timing_;
     RecentTiming recent_timing_;
-    std::ostream* timing_out_ = nullptr;
+    std::optional<images::RowFile> timing_file_;
     bool stopped_ = false;
     std::unique_ptr<Imaging> imaging_;
     std::uint64_t scene_fingerprint_ = 0, next_fingerprint_ = 0;

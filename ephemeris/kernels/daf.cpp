@@ -2,18 +2,14 @@
 #include "ephemeris/kernels/daf.hpp"
 
 #include "core/error.hpp"
-#include "core/io/file_descriptor.hpp"
+#include "core/io/file_bytes.hpp"
 #include "core/io/input_file.hpp"
 #include "ephemeris/kernels/daf_layout.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -83,28 +79,6 @@ std::string kind_of(const std::string& file, std::string_view id) {
             "{}: a DAF of before 1998 that does not name its kind; convert it with NAIF's tools", file));
     throw InputError(fmt::format("{}: identification '{}' where DAF/SPK, DAF/CK or DAF/PCK is expected", file,
                                  printable_trimmed(id)));
-}
-
-struct Mapped {
-    std::shared_ptr<const std::byte[]> bytes;
-    std::size_t size = 0;
-};
-
-Mapped map_file(const std::string& file) {
-    require_regular_file(file);
-    const FileDescriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-    struct stat status {};
-    if (!fd || ::fstat(fd.get(), &status) != 0)
-        throw InputError(fmt::format("{}: cannot be opened: {}", file, std::strerror(errno)));
-    const auto size = static_cast<std::size_t>(status.st_size);
-    if (size < record_bytes)
-        throw InputError(fmt::format("{}: {} bytes, a DAF kernel has at least {}", file, size, record_bytes));
-    void* const at = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd.get(), 0);
-    if (at == MAP_FAILED)
-        throw InputError(fmt::format("{}: cannot be mapped: {}", file, std::strerror(errno)));
-    return {{static_cast<const std::byte*>(at),
-             [size](const std::byte* p) { ::munmap(const_cast<std::byte*>(p), size); }},
-            size};
 }
 
 /// Lines of a transfer file; quotes are removed from values.
@@ -208,8 +182,11 @@ Daf::Daf(const std::filesystem::path& file) : file_(file.string()) {
         read_transfer();
         return;
     }
-    Mapped mapped = map_file(file_);
-    read_binary(std::move(mapped.bytes), mapped.size);
+    FileBytes read = read_file_bytes(file_);
+    if (read.size < record_bytes)
+        throw InputError(
+            fmt::format("{}: {} bytes, a DAF kernel has at least {}", file_, read.size, record_bytes));
+    read_binary(std::move(read.bytes), read.size);
 }
 
 void Daf::read_binary(std::shared_ptr<const std::byte[]> bytes, std::size_t size) {

@@ -13,9 +13,9 @@
 
 namespace obscura::ephemeris {
 
-/// Content of a DAF file (NAIF, DAF Required Reading): arrays of doubles, each with a summary. A file in the
-/// byte order of this machine is mapped, so that only what is used is read; another one is loaded. The file
-/// must not change while it is in use. Immutable, thread-safe; copies share the content.
+/// Content of a DAF file (NAIF, DAF Required Reading): arrays of doubles, each with a summary. The
+/// file is read as a whole and may change while it is in use. Immutable, thread-safe; copies share the
+/// content.
 class Daf {
 public:
     /// One array: a segment of a kernel.

@@ -37,7 +37,7 @@ public:
     [[nodiscard]] std::string body_name(int id) const;
 
     /// Sets `state` to the geometric state of `target` relative to `observer`: no light time, no aberration.
-    /// Real-time safe, but for the first access to a mapped file.
+    /// Real-time safe.
     [[nodiscard]] Evaluation state(int target, int observer, TdbTime time, State& state) const noexcept;
     /// As above; throws InputError with the covered intervals.
     [[nodiscard]] State state(int target, int observer, TdbTime time) const;

@@ -38,7 +38,7 @@ public:
     [[nodiscard]] const std::string& place() const { return place_; }
 
     /// Sets `state` in the frame of the segment, at a time in the covered interval. False: the data are
-    /// damaged. Real-time safe, but for the first access to a mapped file.
+    /// damaged. Real-time safe.
     [[nodiscard]] bool evaluate(TdbTime time, State& state) const noexcept;
 
 private:

@@ -17,8 +17,7 @@ namespace obscura::ephemeris {
 class SpkData {
 public:
     virtual ~SpkData() = default;
-    /// Sets `state` at a time within reach(). False: the data are damaged. Real-time safe, but for the first
-    /// access to a mapped file.
+    /// Sets `state` at a time within reach(). False: the data are damaged. Real-time safe.
     [[nodiscard]] virtual bool evaluate(TdbTime time, StateKm& state) const noexcept = 0;
     /// Times that the data reach, TDB s since J2000; infinite where they have no end.
     [[nodiscard]] virtual Interval reach() const noexcept = 0;

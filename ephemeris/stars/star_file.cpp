@@ -2,20 +2,16 @@
 #include "ephemeris/stars/star_file.hpp"
 
 #include "core/error.hpp"
-#include "core/io/file_descriptor.hpp"
+#include "core/io/file_bytes.hpp"
 #include "core/io/input_file.hpp"
 #include "core/units.hpp"
 #include "ephemeris/stars/star_file_layout.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -43,21 +39,12 @@ double thousandths(std::int32_t value) noexcept {
 } // namespace
 
 StarFile::StarFile(const std::filesystem::path& file) {
-    require_regular_file(file);
-    const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-    struct stat status {};
-    if (!descriptor || ::fstat(descriptor.get(), &status) != 0)
-        throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
-    const auto size = static_cast<std::size_t>(status.st_size);
-    if (size < header_bytes)
+    const FileBytes contents = read_file_bytes(file);
+    if (contents.size < header_bytes)
         throw InputError(fmt::format("{}: not a star catalogue file: {} bytes, the header has {}",
-                                     file.string(), size, header_bytes));
-    // All pages now: none is read from the disk while a frame is made.
-    void* const mapped = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, descriptor.get(), 0);
-    if (mapped == MAP_FAILED)
-        throw InputError(fmt::format("{}: cannot be mapped: {}", file.string(), std::strerror(errno)));
-    memory_ = {mapped, [size](const void* at) { ::munmap(const_cast<void*>(at), size); }};
-    bytes_ = {static_cast<const std::byte*>(mapped), size};
+                                     file.string(), contents.size, header_bytes));
+    memory_ = contents.bytes;
+    bytes_ = contents.span();
     read(file.string());
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Star catalogue file: a memory-mapped table of stars sorted by sky cell and magnitude.
+// Star catalogue file: a table of stars sorted by sky cell and magnitude.
 //
 // Layout, little endian. Header of 256 bytes:
 //
@@ -112,7 +112,7 @@ private:
     /// Cosine of a cone's half angle, less what its rounding may be.
     [[nodiscard]] static double min_cosine(const SkyCells::Cone& cone) noexcept;
 
-    std::shared_ptr<const void> memory_; ///< keeps bytes_ mapped
+    std::shared_ptr<const void> memory_; ///< keeps bytes_
     std::span<const std::byte> bytes_;
     std::shared_ptr<const SkyCells> cells_;
     std::uint32_t size_ = 0;

@@ -3,6 +3,7 @@
 
 #include "config/csv.hpp"
 #include "config/shipped_files.hpp"
+#include "core/io/path_state.hpp"
 #include "core/units.hpp"
 
 #include <algorithm>
@@ -20,7 +21,7 @@ constexpr double reach_deg = 0.01;
 
 StarNames::StarNames() {
     const std::filesystem::path file = config::shipped_data_folder() / "star-names" / "bright.csv";
-    if (!std::filesystem::exists(file)) return;
+    if (!path_exists(file)) return;
     constexpr std::array columns{config::CsvColumn{"ra_deg"}, config::CsvColumn{"dec_deg"},
                                  config::CsvColumn{.name = "designation", .optional = true, .text = true},
                                  config::CsvColumn{.name = "name", .optional = true, .text = true}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/document.hpp"
+#include "core/text/printable.hpp"
 #include "ephemeris/time/calendar.hpp"
 #include "ephemeris/time/time_text.hpp"
 
@@ -63,7 +64,7 @@ public:
             if (first == "GPS") return gps_week();
             at_ = begin;
             if (month_named(first) == 0)
-                fail(begin, fmt::format("\"{}\" begins no time", config::printable(first, 20)), time_forms);
+                fail(begin, fmt::format("\"{}\" begins no time", printable(first, 20)), time_forms);
         }
         return calendar();
     }
@@ -132,7 +133,7 @@ private:
             else if (name == "ET")
                 scale = TimeScale::tdb;
             else
-                fail(begin, fmt::format("time scale \"{}\"", config::printable(name, 20)),
+                fail(begin, fmt::format("time scale \"{}\"", printable(name, 20)),
                      "UTC, TAI, TT, TDT, TDB, ET or GPS");
         }
         skip_space();
@@ -243,7 +244,7 @@ private:
         const std::size_t begin = at_;
         const std::string name = word();
         const int found = month_named(name);
-        if (found == 0) fail(begin, fmt::format("month \"{}\"", config::printable(name, 20)), "JAN to DEC");
+        if (found == 0) fail(begin, fmt::format("month \"{}\"", printable(name, 20)), "JAN to DEC");
         return found;
     }
 
@@ -392,8 +393,7 @@ private:
 } // namespace
 
 TimeTextError::TimeTextError(std::string_view text, std::size_t at, std::string_view what)
-    : ConfigError(fmt::format("time \"{}\": character {}: {}", config::printable(text, 60), at + 1, what)),
-      at_(at) {}
+    : ConfigError(fmt::format("time \"{}\": character {}: {}", printable(text, 60), at + 1, what)), at_(at) {}
 
 Epoch read_time(std::string_view text, const LeapSeconds& leap_seconds, TimeScale scale) {
     while (!text.empty() && (text.back() == ' ' || text.back() == '\t'))

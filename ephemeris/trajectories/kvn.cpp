@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "core/io/text_file.hpp"
 #include "core/text/number.hpp"
+#include "core/text/printable.hpp"
 
 #include <fmt/format.h>
 
@@ -54,7 +55,7 @@ Epoch time_of(std::string_view text, TimeScale scale, const LeapSeconds& leap_se
 } // namespace
 
 std::string shown(std::string_view text) {
-    return config::printable(text, 40);
+    return printable(text, 40);
 }
 
 KvnReader::KvnReader(const std::string& text, std::string name, std::string_view root)

@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/text.hpp"
 
 #include <fmt/format.h>
@@ -45,9 +46,8 @@ public:
             }
         }
         if (!message || !is(message, root))
-            fail(message ? message : top,
-                 fmt::format("<{}> where <{}> is wanted",
-                             config::printable((message ? message : top).name(), 40), root));
+            fail(message ? message : top, fmt::format("<{}> where <{}> is wanted",
+                                                      printable((message ? message : top).name(), 40), root));
         line(message,
              fmt::format("{} = {}", message.attribute("id").value(), message.attribute("version").value()));
         keywords(only(message, "header"));
@@ -89,7 +89,7 @@ private:
         const pugi::xml_attribute units = leaf.attribute("units");
         if (units &&
             std::find(kvn_units.begin(), kvn_units.end(), std::string_view(units.value())) == kvn_units.end())
-            fail(leaf, fmt::format("units \"{}\", allowed {}", config::printable(units.value(), 40),
+            fail(leaf, fmt::format("units \"{}\", allowed {}", printable(units.value(), 40),
                                    fmt::join(kvn_units.begin(), kvn_units.end() - 1, ", ")));
         const std::string_view text = trimmed(leaf.child_value(), xml_blanks);
         // A value is one line of the notation.
@@ -116,7 +116,7 @@ private:
             if (state.type() != pugi::node_element || is(state, "COMMENT") || is(state, "covarianceMatrix"))
                 continue;
             if (!is(state, "stateVector") && !is(state, "attitudeState"))
-                fail(state, fmt::format("<{}> where a state is wanted", config::printable(state.name(), 40)));
+                fail(state, fmt::format("<{}> where a state is wanted", printable(state.name(), 40)));
             std::string epoch, numbers;
             collect(state, scalar_first, epoch, numbers, 0);
             if (epoch.empty()) fail(state, "a state without EPOCH");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "images/image.hpp"
 #include "images/readers/fits_rows.hpp"
 
@@ -54,7 +55,7 @@ public:
         const std::uintmax_t ratio = fits_is_compressed_image(fits_, &status_) != 0 ? max_ratio : 1;
         check();
         const auto pixels = static_cast<std::uintmax_t>(size[0]) * static_cast<std::uintmax_t>(size[1]);
-        const std::uintmax_t bytes = std::filesystem::file_size(file_);
+        const std::uintmax_t bytes = file_bytes_at(file_);
         const std::uintmax_t data = bytes - std::min(bytes, static_cast<std::uintmax_t>(data_start));
         if (size[2] < 1 || static_cast<std::uintmax_t>(size[2]) > data * ratio / pixels)
             throw InputError(fmt::format("{}: the file ends before its image", file_.string()));

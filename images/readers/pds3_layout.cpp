@@ -2,6 +2,7 @@
 #include "images/readers/pds3_layout.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "core/text/number.hpp"
 #include "core/text/text.hpp"
 
@@ -124,7 +125,7 @@ void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& of
         for (const std::string& name : {place, lower_case(place), upper_case(place)}) {
             // Use the file name only, so that a label cannot refer to files outside its folder.
             data = label.file().parent_path() / std::filesystem::path(name).filename();
-            if (std::filesystem::exists(data)) break;
+            if (path_exists(data)) break;
         }
         place = pointer.size() > 1 ? pointer[1] : "1";
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "images/image.hpp"
 
 #include <fmt/format.h>
@@ -80,7 +81,7 @@ Image read_png_image(const std::filesystem::path& file, const std::string& plane
         const std::size_t channels = png_get_channels(r.png, r.info);
         const std::size_t stride = png_get_rowbytes(r.png, r.info);
         // Check the file size before allocation: deflate compresses by 1032 to 1 at most.
-        if (stride * height / 1032 > std::filesystem::file_size(file))
+        if (stride * height / 1032 > file_bytes_at(file))
             throw std::runtime_error("the file ends before its image");
         std::vector<std::uint8_t> bytes(stride * height);
         for (int pass = 0; pass < passes; ++pass)

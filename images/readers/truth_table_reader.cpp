@@ -2,6 +2,7 @@
 #include "images/readers/truth_table_reader.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "core/io/text_file.hpp"
 
 #include <fitsio.h>
@@ -91,7 +92,7 @@ public:
         long width = 0;
         fits_read_key(fits_, TLONG, "NAXIS1", &width, nullptr, &status_);
         check();
-        const auto bytes = static_cast<long>(std::filesystem::file_size(file));
+        const auto bytes = static_cast<long>(file_bytes_at(file));
         if (rows_ > 0 && (width < 1 || rows_ > bytes / width))
             throw InputError(fmt::format("{}: TRUTH: {} rows of {} bytes in a file of {}", file.string(),
                                          rows_, width, bytes));

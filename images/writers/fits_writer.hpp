@@ -22,7 +22,8 @@ public:
     explicit FitsWriter(const std::filesystem::path& file) : pending_(file) {
         // Remove the empty file that PendingFile made: fits_create_diskfile, which parses no filters in the
         // name, refuses an existing file.
-        std::filesystem::remove(pending_.path());
+        std::error_code ignored; // it refuses the file then
+        std::filesystem::remove(pending_.path(), ignored);
         fits_create_diskfile(&fits_, pending_.path().c_str(), &status_);
         check();
     }

@@ -1,25 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/writers/pending_file.hpp"
 
+#include "core/io/path_state.hpp"
+#include "core/io/temporary_name.hpp"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
 namespace obscura::images {
-namespace {
-
-std::filesystem::path temporary_beside(const std::filesystem::path& target) {
-    static std::atomic<unsigned> counter{0};
-    return target.parent_path() /
-           fmt::format(".{}.{}.{}.tmp", target.stem().string(), getpid(), counter.fetch_add(1));
-}
-
-} // namespace
 
 PendingFile::PendingFile(std::filesystem::path target)
     : target_(std::move(target)), temporary_(temporary_beside(target_)) {
@@ -60,7 +53,7 @@ void require_writable(const std::filesystem::path& directory) {
 void make_writable(const std::filesystem::path& directory) {
     std::error_code error;
     std::filesystem::create_directories(directory, error);
-    if (error && !std::filesystem::exists(directory))
+    if (error && !path_exists(directory))
         throw OutputError(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
     require_writable(directory);
 }

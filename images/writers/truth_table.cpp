@@ -3,14 +3,13 @@
 
 #include "core/text/text.hpp"
 #include "images/writers/fits_writer.hpp"
-#include "images/writers/pending_file.hpp"
+#include "images/writers/raw.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 #include <utility>
 
 namespace obscura::images {
@@ -199,14 +198,10 @@ std::string truth_csv_lines(const SceneTruth& truth, std::span<const RowTime> ro
 }
 
 void TruthTableFile::write_csv() const {
-    PendingFile pending(file_);
-    std::ofstream out(pending.path());
-    out << truth_csv_header();
+    std::string text = truth_csv_header();
     for (const FrameTable& frame : frames_)
-        out << truth_csv_lines(frame.truth, frame.rows);
-    out.close();
-    if (!out) pending.fail("write error");
-    pending.commit();
+        text += truth_csv_lines(frame.truth, frame.rows);
+    write_text(file_, text);
 }
 
 void TruthTableFile::write_fits() const {

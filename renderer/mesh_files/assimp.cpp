@@ -3,6 +3,8 @@
 
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/stop_reading.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/text.hpp"
 #include "renderer/mesh_files/assimp_files.hpp"
 #include "renderer/mesh_files/smoothing_groups.hpp"
@@ -13,8 +15,11 @@
 #include <assimp/scene.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -299,12 +304,15 @@ struct Descriptor {
 };
 
 /// Body of the child process.
-[[noreturn]] void read_in_child(int fd, const std::filesystem::path& file, double metres_per_unit,
-                                bool normals) {
+[[noreturn]] void read_in_child(int fd, pid_t parent, const std::filesystem::path& file,
+                                double metres_per_unit, bool normals) {
     const auto limit = [](auto resource, rlim_t value) {
         const rlimit both{value, value};
         setrlimit(resource, &both);
     };
+    // It ends with its parent; one that ended before this line is seen by its number.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(1);
     limit(RLIMIT_CORE, 0);
     // assimp reads about 5 MB of text a second; damaged PLY files keep it busy without end.
     std::error_code unknown;
@@ -338,14 +346,26 @@ struct Descriptor {
     _exit(0);
 }
 
-/// One line without control characters, of limited length.
-std::string tidy(std::string_view text) {
-    std::string out;
-    for (const char c : text.substr(0, 300))
-        out += static_cast<unsigned char>(c) < 32 || c == 127 ? ' ' : c;
-    while (!out.empty() && out.back() == ' ')
-        out.pop_back();
-    return out;
+/// Status of the child once it has ended. Throws ReadingStopped, and then it is ended.
+int wait_for_child(pid_t child) {
+    // poll() on a descriptor of the process wakes as soon as it ends.
+    const Descriptor process(static_cast<int>(syscall(SYS_pidfd_open, child, 0)));
+    int status = 0;
+    try {
+        for (;;) {
+            const pid_t ended = waitpid(child, &status, WNOHANG);
+            if (ended == child || (ended < 0 && errno != EINTR)) return status;
+            check_reading();
+            pollfd wanted{process.fd, POLLIN, 0};
+            constexpr int between_checks_ms = 100;
+            poll(&wanted, 1, process.fd < 0 ? between_checks_ms / 10 : between_checks_ms);
+        }
+    } catch (const ReadingStopped&) {
+        kill(child, SIGKILL);
+        while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+        }
+        throw;
+    }
 }
 
 } // namespace
@@ -358,16 +378,16 @@ TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_p
     if (memory.fd < 0)
         throw Error(exit_software, fmt::format("{}: cannot create the memory file to read it into: {}",
                                                file.string(), std::strerror(errno)));
+    const pid_t parent = getpid();
     const pid_t child = fork();
     if (child < 0)
         throw Error(exit_software, fmt::format("{}: cannot start a process to read it: {}", file.string(),
                                                std::strerror(errno)));
-    if (child == 0) read_in_child(memory.fd, file, metres_per_unit, normals);
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
+    if (child == 0) read_in_child(memory.fd, parent, file, metres_per_unit, normals);
+    const int status = wait_for_child(child);
     const auto refuse = [&](std::string_view why) {
-        throw InputError(fmt::format("{}: not readable as a mesh: {}", file.string(), tidy(why)));
+        throw InputError(
+            fmt::format("{}: not readable as a mesh: {}", file.string(), printable(trimmed(why), 300)));
     };
     if (WIFSIGNALED(status))
         refuse(WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL

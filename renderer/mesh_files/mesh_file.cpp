@@ -4,8 +4,10 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/io/memory_budget.hpp"
+#include "core/io/stop_reading.hpp"
 #include "core/io/text_file.hpp"
 #include "core/realtime/log.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/text.hpp"
 #include "renderer/mesh_files/assimp.hpp"
 #include "renderer/mesh_files/obj.hpp"
@@ -18,6 +20,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <set>
 
 namespace obscura::renderer {
 namespace {
@@ -41,14 +44,18 @@ void warn_of_missing_libraries(std::string_view text, const std::filesystem::pat
     std::error_code error;
     if (std::filesystem::is_regular_file(std::filesystem::path(file).replace_extension(".mtl"), error))
         return;
+    std::set<std::string_view> names;
     for (std::size_t line = 1; !text.empty(); ++line) {
+        constexpr std::size_t lines_between_checks = 1 << 16;
+        if (line % lines_between_checks == 0) check_reading();
         const std::string_view words = trimmed(take_line(text));
         if (!words.starts_with("mtllib ") && !words.starts_with("mtllib\t")) continue;
         const std::string_view name = trimmed(words.substr(6));
+        if (!names.insert(name).second) continue;
         if (std::filesystem::is_regular_file(file.parent_path() / name, error)) continue;
         log_warning("mesh: {}:{}: material library '{}' cannot be opened: {}; its materials are grey, of "
                     "reflectance 0.6",
-                    file.string(), line, name, error ? error.message() : "not a regular file");
+                    file.string(), line, printable(name), error ? error.message() : "not a regular file");
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "renderer/scene/position.hpp"
 
 #include <fmt/format.h>
@@ -70,8 +71,8 @@ std::string explain_missing_target(const std::vector<Body>& bodies, const Motion
     std::string names;
     for (const Body& body : bodies)
         names += fmt::format("{}, ", body.name);
-    return fmt::format("\"{}\" is no body of the scene; there are {}{}", config::printable(motion.aim->body),
-                       names, sun_name);
+    return fmt::format("\"{}\" is no body of the scene; there are {}{}", printable(motion.aim->body), names,
+                       sun_name);
 }
 
 } // namespace obscura::scene

@@ -2,6 +2,7 @@
 #include "renderer/scene_files/place_keys.hpp"
 
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "core/units.hpp"
 #include "ephemeris/trajectories/aem.hpp"
 #include "ephemeris/trajectories/oem.hpp"
@@ -14,6 +15,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <string_view>
 #include <utility>
 
 namespace obscura::scene {
@@ -135,7 +138,7 @@ constexpr std::array attitude_keys{"orientation", "boresight", "look_at_m", "loo
 /// any name but that of inertial axes, a frame of the scene's kernels is known there, all else is inertial.
 void check_frame(const ephemeris::PathFrames& frames, const std::filesystem::path& file,
                  const config::ReadTable& table, bool kernels) {
-    const std::string name = config::printable(frames.frame, 40);
+    const std::string name = printable(frames.frame, 40);
     if (table.has("parent")) {
         if (ephemeris::is_inertial_frame(frames.frame))
             throw ConfigError(fmt::format(
@@ -224,6 +227,12 @@ ephemeris::SampledPath read_attitude_file(const PlaceKeys& place, const config::
     return table_path(place.attitude, read_attitudes(place.attitude), place);
 }
 
+/// The axis of coordinates that is farthest from `direction`, as a value of a file.
+std::string_view axis_across(Vec3 direction) {
+    const double x = std::abs(direction.x), y = std::abs(direction.y), z = std::abs(direction.z);
+    return x <= y && x <= z ? "[1, 0, 0]" : y <= z ? "[0, 1, 0]" : "[0, 0, 1]";
+}
+
 /// Sets the attitude of every sample of `motion`, or its aim, by the keys of `place`.
 void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion& motion) {
     if (table.has("look_at") || (table.has("look_at_m") && table.has("trajectory"))) {
@@ -243,7 +252,10 @@ void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion
         if (!(length(boresight) > 0))
             table.refuse(key, "is the camera's own position");
         else if (parallel_to(up))
-            table.refuse(key, "is parallel to \"up\"");
+            table.refuse(key,
+                         fmt::format("is parallel to \"up\", which leaves the rotation about it open; write "
+                                     "another direction, for instance up = {}",
+                                     axis_across(boresight)));
         else
             orientation = look_along(boresight, up);
     }
@@ -283,8 +295,7 @@ Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
                 !(ephemeris::is_inertial_frame(frame) && ephemeris::is_inertial_frame(motion.message_frame)))
                 table.refuse("attitude",
                              fmt::format("is relative to {}, the trajectory to {}: allowed is one frame",
-                                         config::printable(frame, 40),
-                                         config::printable(motion.message_frame, 40)));
+                                         printable(frame, 40), printable(motion.message_frame, 40)));
             if (!frame.empty()) motion.message_frame = frame;
         });
     if (table.mistakes().count() != before) return motion;

@@ -4,6 +4,7 @@
 #include "config/section.hpp"
 #include "config/toml_text.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
@@ -80,7 +81,7 @@ void erase_member(Value& table, std::string_view key) {
 }
 
 [[noreturn]] void refuse(std::string_view section, const std::string& what) {
-    throw ConfigError(fmt::format("{}: {}", config::printable(section, 60), what));
+    throw ConfigError(fmt::format("{}: {}", printable(section, 60), what));
 }
 
 /// Index of the element of the list.
@@ -98,7 +99,7 @@ std::size_t index_of(const Value& list, std::string_view section, const SceneDoc
         if (key->value.string == name) return i;
         known.push_back(key->value.string);
     }
-    refuse(section, fmt::format("no element is called \"{}\"{}", config::printable(name, 60),
+    refuse(section, fmt::format("no element is called \"{}\"{}", printable(name, 60),
                                 known.empty() ? "" : ", " + suggestion(name, known)));
 }
 

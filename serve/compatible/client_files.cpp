@@ -3,6 +3,8 @@
 
 #include "config/document.hpp"
 #include "core/io/file_descriptor.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "service/failure.hpp"
 
 #include <fcntl.h>
@@ -30,7 +32,7 @@ Failure missing(const std::string& name) {
         "filename",
         fmt::format(
             "\"{}\": there is no such file below the server's folder, its folders materials, DEM, textures and sensors, and the output folder",
-            config::printable(name)));
+            printable(name)));
 }
 
 std::string md5_of(const std::filesystem::path& file) {
@@ -55,8 +57,8 @@ void write_all(int file, std::string_view data, std::uint64_t offset, const std:
         const ssize_t written = ::pwrite(file, data.data(), data.size(), static_cast<off_t>(offset));
         if (written < 0 && errno == EINTR) continue;
         if (written <= 0)
-            throw Failure(FailureCode::internal, fmt::format("\"{}\": {}", config::printable(name),
-                                                             std::generic_category().message(errno)));
+            throw Failure(FailureCode::internal,
+                          fmt::format("\"{}\": {}", printable(name), std::generic_category().message(errno)));
         data.remove_prefix(static_cast<std::size_t>(written));
         offset += static_cast<std::uint64_t>(written);
     }
@@ -95,13 +97,12 @@ std::optional<std::filesystem::path> ClientFiles::find(const std::string& name) 
         if (auto found = resources_.find(name)) return found;
         throw Failure(
             FailureCode::forbidden,
-            fmt::format("\"{}\": only files below the server's folder can be used", config::printable(name)));
+            fmt::format("\"{}\": only files below the server's folder can be used", printable(name)));
     }
     for (const std::string& place : below_root)
-        if (auto found = root_.find(place); found && std::filesystem::is_regular_file(*found)) return found;
+        if (auto found = root_.find(place); found && is_file_at(*found)) return found;
     if (below_output)
-        if (auto found = output_->find(*below_output); found && std::filesystem::is_regular_file(*found))
-            return found;
+        if (auto found = output_->find(*below_output); found && is_file_at(*found)) return found;
     return resources_.find(name);
 }
 
@@ -118,9 +119,8 @@ const FolderBelow& ClientFiles::output() const {
 
 std::filesystem::path ClientFiles::place_for(const std::string& name) const {
     if (const auto inside = relative(name, output())) return output().place_for(*inside, false);
-    throw Failure(
-        FailureCode::forbidden,
-        fmt::format("\"{}\": only files below the output folder can be written", config::printable(name)));
+    throw Failure(FailureCode::forbidden,
+                  fmt::format("\"{}\": only files below the output folder can be written", printable(name)));
 }
 
 std::string ClientFiles::without_folders(std::string text) const {
@@ -140,9 +140,9 @@ void ClientFiles::change_folder(const std::string& name) {
                                                : folder_ + "/" + name;
     if (const auto inside = relative(name, root_); inside && name.starts_with('/')) wanted = *inside;
     const auto found = root_.find(wanted);
-    if (!found || !std::filesystem::is_directory(*found))
-        throw service::bad_argument("path", fmt::format("\"{}\": there is no such folder below the server's",
-                                                        config::printable(name)));
+    if (!found || !is_folder_at(*found))
+        throw service::bad_argument(
+            "path", fmt::format("\"{}\": there is no such folder below the server's", printable(name)));
     const std::filesystem::path inside = found->lexically_relative(root_.path());
     folder_ = inside == "." ? "" : inside.string();
 }
@@ -159,10 +159,10 @@ void ClientFiles::set_resource_path(const std::string& name) {
     const auto found = inside                          ? root_.find(*inside)
                        : name == root_.path().string() ? root_.find("")
                                                        : std::nullopt;
-    if (!found || !std::filesystem::is_directory(*found))
+    if (!found || !is_folder_at(*found))
         throw service::bad_argument(
             "ressource_path",
-            fmt::format("\"{}\": there is no such folder below the server's", config::printable(name)));
+            fmt::format("\"{}\": there is no such folder below the server's", printable(name)));
     const std::filesystem::path below = found->lexically_relative(root_.path());
     resource_path_ = below == "." ? "" : below.string();
 }
@@ -171,9 +171,8 @@ std::string ClientFiles::sent_name(const std::string& name) const {
     const std::string top = synchronised_ + "/";
     if (!synchronised_.empty() && name.starts_with(top)) return name.substr(top.size());
     if (const auto inside = relative(name, output())) return *inside;
-    throw Failure(
-        FailureCode::forbidden,
-        fmt::format("\"{}\": only files below the output folder can be written", config::printable(name)));
+    throw Failure(FailureCode::forbidden,
+                  fmt::format("\"{}\": only files below the output folder can be written", printable(name)));
 }
 
 void ClientFiles::receive(const std::string& name, std::string_view data, std::uint64_t offset, bool append) {
@@ -184,8 +183,8 @@ void ClientFiles::receive(const std::string& name, std::string_view data, std::u
     const FileDescriptor file(
         ::open(place.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666)); // NOLINT
     if (!file || (!append && ::ftruncate(file.get(), static_cast<off_t>(offset)) != 0))
-        throw Failure(FailureCode::internal, fmt::format("\"{}\": {}", config::printable(name),
-                                                         std::generic_category().message(errno)));
+        throw Failure(FailureCode::internal,
+                      fmt::format("\"{}\": {}", printable(name), std::generic_category().message(errno)));
     write_all(file.get(), data, offset, name);
     left_bytes_ -= data.size();
 }
@@ -197,7 +196,7 @@ bool ClientFiles::has(const std::string& name, const std::string& md5) {
         return true;
     }
     const auto found = output().find(sent_name(name));
-    return found && std::filesystem::is_regular_file(*found) && md5_of(*found) == md5;
+    return found && is_file_at(*found) && md5_of(*found) == md5;
 }
 
 } // namespace obscura::serve

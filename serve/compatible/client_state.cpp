@@ -2,6 +2,7 @@
 #include "serve/compatible/client_state.hpp"
 
 #include "core/io/memory_budget.hpp"
+#include "core/text/printable.hpp"
 #include "serve/compatible/scene_tables.hpp"
 #include "service/failure.hpp"
 
@@ -173,9 +174,8 @@ Object& ClientState::object(std::string_view name, std::string_view call) {
     std::string known;
     for (const auto& [other, object] : objects)
         if (known.size() < 200) known += (known.empty() ? "" : ", ") + other;
-    throw service::bad_argument("object_name",
-                                fmt::format("{}: no object is called \"{}\", there are {}", call,
-                                            config::printable(name, 60), config::printable(known, 260)));
+    throw service::bad_argument("object_name", fmt::format("{}: no object is called \"{}\", there are {}",
+                                                           call, printable(name, 60), printable(known, 260)));
 }
 
 json ClientState::scene() {

@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/text.hpp"
 
 #include <fmt/format.h>
@@ -51,7 +52,7 @@ DemFile DemFile::parse(std::string_view text, const std::string& name) {
             equals == std::string_view::npos ? std::string_view() : trimmed(row.substr(equals + 1), blanks);
         if (key.empty() || value.empty())
             throw InputError(
-                fmt::format("{}:{}: \"{}\", wanted KEY = VALUE;", name, line, config::printable(row, 40)));
+                fmt::format("{}:{}: \"{}\", wanted KEY = VALUE;", name, line, printable(row, 40)));
         if (made.keys_.size() == max_keys)
             throw InputError(fmt::format("{}:{}: more than {} keys", name, line, max_keys));
         made.keys_.emplace_back(key, value_of(value));
@@ -69,8 +70,8 @@ std::optional<double> DemFile::number(std::string_view key) const {
     const Value* value = find(key);
     if (value == nullptr) return {};
     if (const auto* number = std::get_if<double>(value)) return *number;
-    throw InputError(mistake(
-        fmt::format("{}: \"{}\" is no number", key, config::printable(std::get<std::string>(*value), 40))));
+    throw InputError(
+        mistake(fmt::format("{}: \"{}\" is no number", key, printable(std::get<std::string>(*value), 40))));
 }
 
 std::string DemFile::text(std::string_view key) const {

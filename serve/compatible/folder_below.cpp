@@ -3,6 +3,8 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "service/failure.hpp"
 
 #include <fcntl.h>
@@ -34,7 +36,7 @@ FileDescriptor open_below(int folder, const std::string& name, int flags) {
 }
 
 Failure failure_of(FailureCode code, const std::string& name, const std::string& what) {
-    return {code, fmt::format("\"{}\": {}", config::printable(name), what)};
+    return {code, fmt::format("\"{}\": {}", printable(name), what)};
 }
 
 std::string checked(const std::string& name) {
@@ -81,10 +83,10 @@ std::filesystem::path FolderBelow::place_for(const std::string& name, bool make_
                 throw failure_of(FailureCode::bad_argument, name, "its folder cannot be made");
         }
     const auto parent = find(wanted.parent_path().string());
-    if (!parent || !std::filesystem::is_directory(*parent))
+    if (!parent || !is_folder_at(*parent))
         throw failure_of(FailureCode::bad_argument, name, "there is no such folder below the output folder");
     // A link may lead out of the folder, and a writer would follow it.
-    if (const auto there = find(name); there && !std::filesystem::is_regular_file(*there))
+    if (const auto there = find(name); there && !is_file_at(*there))
         throw failure_of(FailureCode::bad_argument, name, "is there already, and is no file");
     return *parent / wanted.filename();
 }
@@ -94,8 +96,8 @@ std::vector<std::string> FolderBelow::list(const std::string& name) const {
     std::error_code error;
     std::vector<std::string> names;
     if (folder)
-        for (const auto& entry : std::filesystem::directory_iterator(*folder, error))
-            names.push_back(entry.path().filename().string() + (entry.is_directory(error) ? "/" : ""));
+        for (const std::filesystem::path& entry : paths_in(*folder, error))
+            names.push_back(entry.filename().string() + (is_folder_at(entry) ? "/" : ""));
     if (!folder || (error && names.empty()))
         throw failure_of(FailureCode::bad_argument, name, "there is no such folder");
     std::sort(names.begin(), names.end());

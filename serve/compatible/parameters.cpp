@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "serve/compatible/parameters.hpp"
 
+#include "core/text/printable.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -61,7 +63,7 @@ void Parameters::check_rest() const {
     if (fields_ == nullptr) return;
     for (const auto& [name, value] : *fields_)
         if (std::find(used_.begin(), used_.end(), name) == used_.end())
-            r_.reply.warn(fmt::format("parameters: \"{}\" has no effect", config::printable(name, 60)));
+            r_.reply.warn(fmt::format("parameters: \"{}\" has no effect", printable(name, 60)));
 }
 
 std::string model_name(const std::string& filename) {

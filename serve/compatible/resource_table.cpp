@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 
 #include <fmt/format.h>
 #include <fnmatch.h>
@@ -19,8 +20,7 @@ ResourceTable::ResourceTable(const std::filesystem::path& file) {
     };
     for (const config::Member& row : root.members) {
         if (row.value.kind != config::Value::Kind::string)
-            throw mistake(row.at,
-                          fmt::format("\"{}\": the name of a file is wanted", config::printable(row.key)));
+            throw mistake(row.at, fmt::format("\"{}\": the name of a file is wanted", printable(row.key)));
         std::error_code error;
         const std::filesystem::path found =
             std::filesystem::canonical(file.parent_path() / row.value.string, error);

@@ -2,6 +2,7 @@
 #include "serve/compatible/session_folder.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "service/failure.hpp"
 
 #include <fmt/format.h>
@@ -19,10 +20,10 @@ using service::Failure;
 using service::FailureCode;
 
 SessionFolder::SessionFolder(std::uint64_t max_bytes) : max_bytes_(max_bytes) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "obscura-serve-XXXXXX").string();
+    std::string pattern = (temporary_files_folder() / "obscura-serve-XXXXXX").string();
     if (::mkdtemp(pattern.data()) == nullptr)
         throw HardwareError(fmt::format("{}: {}", pattern, std::strerror(errno)));
-    path_ = std::filesystem::canonical(pattern);
+    path_ = real_path(pattern);
 }
 
 SessionFolder::~SessionFolder() {

@@ -2,6 +2,7 @@
 #include "service/compatible/connection.hpp"
 
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "service/failure.hpp"
 
 #include <fmt/format.h>
@@ -263,8 +264,7 @@ void Connection::run(Session& session, const ReadRequest& request) {
     };
     try {
         if (command == nullptr)
-            throw Failure(FailureCode::unknown_call,
-                          fmt::format("no call '{}'", config::printable(name, 60)));
+            throw Failure(FailureCode::unknown_call, fmt::format("no call '{}'", printable(name, 60)));
         session.run(*command, Arguments(*command, request.message), job, reply);
         answer(request, command, name, std::move(reply), false);
     } catch (const Failure& failure) {

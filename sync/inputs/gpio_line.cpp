@@ -2,6 +2,7 @@
 #include "sync/inputs/gpio_line.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "sync/inputs/gpio_line_name.hpp"
 
 #include <fmt/format.h>
@@ -21,9 +22,8 @@ namespace {
 std::vector<std::string> chip_devices() {
     std::vector<std::string> devices;
     std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator("/dev", error))
-        if (entry.path().filename().string().starts_with("gpiochip"))
-            devices.push_back(entry.path().string());
+    for (const std::filesystem::path& entry : paths_in("/dev", error))
+        if (entry.filename().string().starts_with("gpiochip")) devices.push_back(entry.string());
     std::sort(devices.begin(), devices.end());
     return devices;
 }

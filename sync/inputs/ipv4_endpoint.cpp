@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -25,8 +26,8 @@ sockaddr_in parse_ipv4_endpoint(const std::string& text, std::uint16_t lowest_po
                       inet_pton(AF_INET, text.substr(0, colon).c_str(), &address.sin_addr) == 1 &&
                       is_port(text.data() + colon + 1, text.data() + text.size()) && port >= lowest_port;
     if (!good)
-        throw std::invalid_argument(fmt::format("\"{}\": allowed is an IPv4 address and a port, \"{}\"",
-                                                config::printable(text), example));
+        throw std::invalid_argument(
+            fmt::format("\"{}\": allowed is an IPv4 address and a port, \"{}\"", printable(text), example));
     address.sin_port = htons(port);
     return address;
 }

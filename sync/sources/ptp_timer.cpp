@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sync/sources/ptp_timer.hpp"
 
+#include "core/text/printable.hpp"
 #include "sync/inputs/ptp_timer.hpp"
 #include "sync/settings.hpp"
 
@@ -21,7 +22,7 @@ void PtpTimerKind::check(const TriggerLineSettings& /*line*/, const Refuse& refu
     if (!start.empty() && !parse_start(start))
         refuse("start",
                fmt::format("\"{}\": seconds like \"1795244437.5\" are wanted, with up to nine decimals",
-                           config::printable(start)));
+                           printable(start)));
 }
 
 std::unique_ptr<TriggerSource> PtpTimerKind::make(const TriggerLineSettings& line, const Clock& /*clock*/,

@@ -2,6 +2,7 @@
 #include "terrain/obt/obt_file.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "terrain/obt/crc32c.hpp"
 #include "terrain/obt/lru_cache.hpp"
 
@@ -42,7 +43,7 @@ bool ObtFile::is_one(const std::filesystem::path& file) {
 
 ObtFile::ObtFile(const std::filesystem::path& file, std::size_t cache_bytes) : shards_(file) {
     std::vector<std::byte> header(data_start);
-    const std::uintmax_t there = std::filesystem::file_size(file);
+    const std::uintmax_t there = file_bytes_at(file);
     header.resize(static_cast<std::size_t>(std::min<std::uintmax_t>(there, header.size())));
     shards_.read(0, header);
     read_header(header, shards_.name(), metadata_, places_);

@@ -51,6 +51,41 @@ for folder, allowed in ALLOWED.items():
         if file.suffix == ".hpp" and not text.partition("\n")[2].startswith("// "):
             complaints.append(f"{name}:2: a header begins with one line that says what it is for")
 
+# A user's path may be too long, a loop of links or in a folder that must not be entered: what the standard library throws
+# then would be taken for a bug. core/io/path_state.hpp has the questions that throw nothing.
+THROWING = re.compile(r"\b(?:filesystem|fs)::(absolute|canonical|copy(?:_file)?|create_director(?:y|ies)|current_path|equivalent|exists|"
+                      r"file_size|is_\w+|last_write_time|permissions|relative|remove(?:_all)?|rename|resize_file|space|status|"
+                      r"symlink_status|temp_directory_path|weakly_canonical)\(")
+
+
+def arguments(text, begin):
+    """The arguments of a call whose parenthesis is open before `begin`."""
+    depth, found = 1, [""]
+    for letter in text[begin:]:
+        depth += (letter in "([{") - (letter in ")]}")
+        if depth == 0:
+            break
+        if letter == "," and depth == 1:
+            found.append("")
+        else:
+            found[-1] += letter
+    return [argument.strip() for argument in found]
+
+
+for folder in ALLOWED:
+    for file in sorted((ROOT / folder).rglob("*.?pp")):
+        text = file.read_text()
+        for call in THROWING.finditer(text):
+            last = arguments(text, call.end())[-1]
+            # Questions about a status that was read before throw nothing.
+            if not re.fullmatch(r"error|ignored|unknown|status|[\w.>-]*error_?|.*symlink_status\(.*, error\)", last):
+                line = text.count("\n", 0, call.start()) + 1
+                complaints.append(f"{file.relative_to(ROOT)}:{line}: {call[1]} throws here; give it a std::error_code, "
+                                  "or see core/io/path_state.hpp")
+        for walk in re.finditer(r"for \([^;)]*: [\w:]*directory_iterator\(", text):
+            line = text.count("\n", 0, walk.start()) + 1
+            complaints.append(f"{file.relative_to(ROOT)}:{line}: the walk throws here; paths_in() of core/io/path_state.hpp does not")
+
 # Every source file names its licence in a form that tools read (SPDX).
 for file in sorted(ROOT.rglob("*")):
     path = file.relative_to(ROOT)

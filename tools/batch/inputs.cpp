@@ -2,6 +2,7 @@
 #include "tools/batch/inputs.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "core/time.hpp"
 
 #include <fmt/format.h>
@@ -38,7 +39,7 @@ void compare(const PlannedInput& input, InputCheck check) {
 } // namespace
 
 void plan_inputs(const std::filesystem::path& file, const InputRecord& record, Plan& plan) {
-    const std::filesystem::path scene = std::filesystem::canonical(file);
+    const std::filesystem::path scene = real_path(file);
     plan.scene = planned(scene);
     plan.assets.clear();
     for (const std::filesystem::path& asset : record.files())

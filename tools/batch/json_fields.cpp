@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 
 #include <fmt/format.h>
 
@@ -28,15 +29,14 @@ nlohmann::json parse_json(std::string_view text, const std::string& name) {
     try {
         return nlohmann::json::parse(text);
     } catch (const nlohmann::json::out_of_range& error) { // a number such as 1e900
-        throw InputError(
-            fmt::format("{}: not valid JSON: {}", name, config::printable(cause_of(error.what()), 200)));
+        throw InputError(fmt::format("{}: not valid JSON: {}", name, printable(cause_of(error.what()), 200)));
     } catch (const nlohmann::json::parse_error& error) {
         // `byte` counts from 1 and is that of the character read last.
         const std::string_view before = text.substr(0, error.byte > 0 ? error.byte - 1 : 0);
         const auto line = 1 + std::count(before.begin(), before.end(), '\n');
         const std::size_t column = before.size() - (before.rfind('\n') + 1) + 1; // npos + 1 is 0
         throw InputError(fmt::format("{}:{}:{}: not valid JSON: {}", name, line, column,
-                                     config::printable(cause_of(error.what()), 200)));
+                                     printable(cause_of(error.what()), 200)));
     }
 }
 
@@ -48,7 +48,7 @@ JsonFields::JsonFields(const nlohmann::json& object, std::string file, std::stri
 }
 
 std::string JsonFields::place_of(std::string_view key) const {
-    const std::string name = config::printable(key, 60);
+    const std::string name = printable(key, 60);
     return place_.empty() ? name : place_ + "." + name;
 }
 
@@ -56,8 +56,7 @@ void JsonFields::refuse(std::string_view key, std::string_view what) const {
     const auto found = object_.find(std::string(key));
     std::string value;
     if (found != object_.end() && found->is_primitive())
-        value = config::printable(found->dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), 80) +
-                ": ";
+        value = printable(found->dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), 80) + ": ";
     throw InputError(fmt::format("{}: {}: {}{}", file_, place_of(key), value, what));
 }
 

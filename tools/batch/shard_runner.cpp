@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/file_descriptor.hpp"
+#include "core/io/path_state.hpp"
 #include "host/interrupt.hpp"
 #include "images/writers/pending_file.hpp"
 #include "renderer/scene_files/scene_file.hpp"
@@ -60,10 +61,10 @@ private:
 void remove_leftovers(const std::filesystem::path& folder) {
     std::error_code error;
     const auto long_ago = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
-        if (entry.path().filename().string().find(temporary) != std::string::npos &&
-            entry.last_write_time(error) < long_ago && !error)
-            std::filesystem::remove(entry.path(), error);
+    for (const std::filesystem::path& entry : paths_in(folder, error))
+        if (entry.filename().string().find(temporary) != std::string::npos &&
+            std::filesystem::last_write_time(entry, error) < long_ago && !error)
+            std::filesystem::remove(entry, error);
 }
 
 /// Scene of the plan with its render options.

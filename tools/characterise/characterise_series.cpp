@@ -2,6 +2,7 @@
 #include "tools/characterise/characterise_series.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "tools/receive/emva_series.hpp"
 
 #include <fmt/format.h>
@@ -149,7 +150,7 @@ Characterisation characterise_series(const std::filesystem::path& folder_or_desc
     const EmvaSeries series = read_emva_series(folder_or_descriptor);
     const std::optional<DarkSignal> dark = dark_signal(series);
     Characterisation result;
-    const std::filesystem::path folder = std::filesystem::absolute(series.descriptor).parent_path();
+    const std::filesystem::path folder = absolute_path(series.descriptor).parent_path();
     result.subject = fmt::format("series {}, {} levels, {} exposure times in the dark, {} stacks",
                                  folder.filename().string(), series.levels.size(), series.dark.size(),
                                  series.stacks.size());

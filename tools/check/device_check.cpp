@@ -3,6 +3,7 @@
 
 #include "core/clock.hpp"
 #include "core/io/file_descriptor.hpp"
+#include "core/io/path_state.hpp"
 #include "emulator/daemon/tai_reference.hpp"
 #include "emulator/render/render_scheduling.hpp"
 #include "emulator/unit/thread_plan.hpp"
@@ -165,7 +166,7 @@ void try_display(const transports::StimulatorSettings& stimulator, Trials& trial
 void try_folder(const transports::FileSinkSettings& file, Trials& trials) {
     if (!file.enabled) return;
     trials.run(fmt::format("file.directory {}", file.directory), DeviceState::failed, [&] {
-        std::filesystem::path folder = std::filesystem::absolute(file.directory).lexically_normal();
+        std::filesystem::path folder = absolute_path(file.directory);
         std::error_code error;
         while (!std::filesystem::exists(folder, error) && folder.has_relative_path())
             folder = folder.parent_path();

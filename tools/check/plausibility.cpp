@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/check/plausibility.hpp"
 
+#include "core/text/printable.hpp"
 #include "ephemeris/time/calendar.hpp"
 #include "ephemeris/time/time_scale.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
@@ -419,7 +420,7 @@ void Plausibility::add_to(Report& report) const {
 
 void Plausibility::warn(std::string_view verb) {
     for (; warned_ < oddities_.size(); ++warned_)
-        fmt::print(stderr, "obscura {}: warning: {}\n", verb, oddities_[warned_].text);
+        print_message(fmt::format("obscura {}: warning: {}", verb, oddities_[warned_].text));
 }
 
 } // namespace obscura::tools

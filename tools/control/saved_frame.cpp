@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/saved_frame.hpp"
 
+#include "core/io/path_state.hpp"
 #include "host/command_line.hpp"
 #include "images/writers/pending_file.hpp"
 
@@ -16,7 +17,7 @@ constexpr std::string_view json_format = "json";
 
 FrameNames::FrameNames(std::string_view verb, const std::string& output, const std::string& format,
                        bool several)
-    : output_(output), is_folder_(output.ends_with('/') || std::filesystem::is_directory(output)) {
+    : output_(output), is_folder_(output.ends_with('/') || is_folder_at(output)) {
     const std::string suffix = output_.extension().string();
     if (!is_folder_ && several)
         throw host::UsageError(fmt::format(
@@ -24,7 +25,7 @@ FrameNames::FrameNames(std::string_view verb, const std::string& output, const s
             verb, output, output_.replace_extension().string()));
     // Said before a frame is waited for.
     if (const std::filesystem::path folder = output_.parent_path();
-        !is_folder_ && !folder.empty() && !std::filesystem::is_directory(folder))
+        !is_folder_ && !folder.empty() && !is_folder_at(folder))
         throw host::UsageError(
             fmt::format("obscura {}: --output {}: there is no folder {}", verb, output, folder.string()));
     const std::string wanted =

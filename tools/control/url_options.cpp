@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/control/url_options.hpp"
 
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 
 #include <fmt/format.h>
 
@@ -40,11 +40,10 @@ HttpOptions UrlOptions::http(std::string_view verb) const {
             throw InputError(fmt::format("obscura {}: --token-file {}: cannot be read", verb, token_file_));
     }
     if (!options.token.empty() && !keeps_secrets(options.url))
-        fmt::print(
-            stderr,
+        print_message(fmt::format(
             "obscura {}: warning: the token crosses the network as it is, for everyone on the way to read: {} has no TLS; "
-            "use https:// or a tunnel (ssh -L)\n",
-            verb, for_terminal(options.url));
+            "use https:// or a tunnel (ssh -L)",
+            verb, for_terminal(options.url)));
     return options;
 }
 

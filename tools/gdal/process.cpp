@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/path_state.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -195,8 +196,8 @@ GdalMap GdalProcess::open(const std::filesystem::path& file) {
     require_regular_file(file);
     const std::string name = file.string();
     try {
-        GdalMap map = decoded_map(
-            ask(GdalMessage::open, std::filesystem::absolute(file).string(), GdalMessage::opened, name));
+        GdalMap map =
+            decoded_map(ask(GdalMessage::open, absolute_path(file).string(), GdalMessage::opened, name));
         if (map.id != names_.size()) throw GdalProtocolError("the number of another file");
         names_.push_back(name);
         return map;

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/geometry.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/path_state.hpp"
 #include "core/units.hpp"
 #include "images/readers/pds_label.hpp"
 #include "tools/import/utc.hpp"
@@ -92,7 +93,7 @@ std::string utc_of(const Header& header, const std::string& given) {
     for (const char* extension : {".lbl", ".LBL"}) {
         std::filesystem::path label = header.file();
         label.replace_extension(extension);
-        if (!std::filesystem::exists(label)) continue;
+        if (!path_exists(label)) continue;
         return images::PdsLabel(label).text("START_TIME", "");
     }
     throw InputError(

@@ -3,6 +3,7 @@
 
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 
 #include <fmt/format.h>
 
@@ -39,10 +40,10 @@ std::vector<Example> examples() {
     const std::filesystem::path folder = config::shipped_data_folder() / "examples";
     std::vector<Example> found;
     std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        Example example{entry.path().filename(), entry.path(), entry.path() / "camera.toml", {}};
-        if (!std::filesystem::exists(example.main_file)) example.main_file = entry.path() / "scene.toml";
-        if (!std::filesystem::exists(example.main_file)) continue;
+    for (const std::filesystem::path& entry : paths_in(folder, error)) {
+        Example example{entry.filename(), entry, entry / "camera.toml", {}};
+        if (!path_exists(example.main_file)) example.main_file = entry / "scene.toml";
+        if (!path_exists(example.main_file)) continue;
         example.header = first_comment(example.main_file);
         found.push_back(std::move(example));
     }

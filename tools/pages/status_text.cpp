@@ -2,7 +2,7 @@
 #include "tools/pages/status_text.hpp"
 
 #include "core/camera/camera_counters.hpp"
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 
 #include <fmt/format.h>
 

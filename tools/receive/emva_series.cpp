@@ -2,6 +2,7 @@
 #include "tools/receive/emva_series.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "images/image.hpp"
 
 #include <fmt/format.h>
@@ -131,7 +132,7 @@ emva::PairStatistics statistics(const EmvaMeasurement& pair, const EmvaFormat& f
 
 bool all_there(const EmvaMeasurement& measurement) {
     return std::all_of(measurement.images.begin(), measurement.images.end(),
-                       [](const std::filesystem::path& file) { return std::filesystem::exists(file); });
+                       [](const std::filesystem::path& file) { return path_exists(file); });
 }
 
 } // namespace
@@ -162,9 +163,8 @@ emva::ImageStack EmvaSeries::stack(const EmvaMeasurement& measurement) const {
 
 EmvaSeries read_emva_series(const std::filesystem::path& folder_or_descriptor) {
     EmvaSeries series;
-    series.descriptor = std::filesystem::is_regular_file(folder_or_descriptor)
-                            ? folder_or_descriptor
-                            : folder_or_descriptor / "EMVA1288_Data.txt";
+    series.descriptor =
+        is_file_at(folder_or_descriptor) ? folder_or_descriptor : folder_or_descriptor / "EMVA1288_Data.txt";
     Descriptor descriptor = read_descriptor(series.descriptor);
     series.format = descriptor.format;
 

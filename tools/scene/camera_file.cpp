@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/scene/camera_file.hpp"
 
-#include "images/writers/pending_file.hpp"
+#include "images/writers/raw.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 
 namespace obscura::tools {
@@ -160,12 +159,7 @@ std::string camera_file_text(const PictureCamera& camera, const std::vector<Came
 
 void write_camera_file(const std::filesystem::path& file, const PictureCamera& camera,
                        const std::vector<CameraFileFrame>& frames) {
-    images::PendingFile pending(file);
-    std::ofstream out(pending.path());
-    out << camera_file_text(camera, frames);
-    out.close();
-    if (!out) pending.fail("write error");
-    pending.commit();
+    images::write_text(file, camera_file_text(camera, frames));
 }
 
 } // namespace obscura::tools

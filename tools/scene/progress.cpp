@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/scene/progress.hpp"
 
+#include "core/text/printable.hpp"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -36,7 +38,7 @@ void Progress::done(std::uint64_t units) {
     std::string left;
     // The first moments give no usable estimate of the remaining time.
     if (part > 0.01 && passed > 0.5) left = fmt::format("  {} left", span_text(passed / part - passed));
-    fmt::print(stderr, "\r{} {:3.0f} %{}\033[K", what_, 100 * part, left);
+    fmt::print(stderr, "\r{} {:3.0f} %{}\033[K", printable(what_, 40), 100 * part, left);
     std::fflush(stderr);
 }
 

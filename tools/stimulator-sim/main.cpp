@@ -2,9 +2,11 @@
 // Main program of obscura-stimulator-sim: reference device of the stimulator, a USB display (GUD) on
 // FunctionFS.
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "emulator/version.hpp"
 #include "host/command_line.hpp"
 #include "host/interrupt.hpp"
+#include "images/writers/pending_file.hpp"
 #include "images/writers/png.hpp"
 #include "tools/stimulator-sim/functionfs.hpp"
 #include "tools/stimulator-sim/usb_gadget.hpp"
@@ -105,7 +107,7 @@ public:
     }
 
     int run() {
-        if (!save_.empty()) std::filesystem::create_directories(save_);
+        if (!save_.empty()) images::make_writable(save_);
         std::unique_ptr<UsbGadget> gadget;
         if (functionfs_.empty()) gadget = std::make_unique<UsbGadget>(gadget_);
         {
@@ -169,10 +171,10 @@ int main(int argc, char* argv[]) {
         host::catch_interrupts();
         return simulator.run();
     } catch (const Error& error) {
-        fmt::print(stderr, "{}\n", error.what());
+        print_message(error.what());
         return error.status();
     } catch (const std::exception& error) {
-        fmt::print(stderr, "{}: internal error: {}\n", program, error.what());
+        print_message(fmt::format("{}: internal error: {}", program, error.what()));
         return exit_software;
     }
 }

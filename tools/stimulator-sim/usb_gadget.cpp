@@ -2,6 +2,7 @@
 #include "tools/stimulator-sim/usb_gadget.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 
 #include <fmt/format.h>
 #include <sys/mount.h>
@@ -35,7 +36,7 @@ UsbGadget::UsbGadget(GadgetSettings settings)
     : settings_(std::move(settings)),
       gadget_(settings_.configfs / "usb_gadget" / settings_.name),
       mount_(fs::path("/run") / settings_.name) {
-    if (!fs::is_directory(settings_.configfs / "usb_gadget"))
+    if (!is_folder_at(settings_.configfs / "usb_gadget"))
         throw HardwareError(fmt::format("{}: is not there; load libcomposite and mount configfs",
                                         (settings_.configfs / "usb_gadget").string()));
     try {
@@ -73,8 +74,8 @@ void UsbGadget::bind() {
     std::string controller = settings_.controller;
     if (controller.empty()) {
         std::error_code error;
-        for (const auto& entry : fs::directory_iterator("/sys/class/udc", error)) {
-            controller = entry.path().filename().string();
+        for (const std::filesystem::path& entry : paths_in("/sys/class/udc", error)) {
+            controller = entry.filename().string();
             break;
         }
         if (controller.empty())

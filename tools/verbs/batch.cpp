@@ -5,7 +5,9 @@
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
 #include "core/io/input_file.hpp"
+#include "core/text/printable.hpp"
 #include "images/writers/pending_file.hpp"
+#include "images/writers/raw.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "tools/batch/inputs.hpp"
 #include "tools/batch/plan.hpp"
@@ -21,7 +23,6 @@
 #include <charconv>
 #include <chrono>
 #include <cstdint>
-#include <fstream>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -150,12 +151,7 @@ private:
             throw OutputError(fmt::format(
                 "{}: there is another plan already; choose another folder, or remove it", file.string()));
         }
-        images::PendingFile pending(file);
-        std::ofstream out(pending.path(), std::ios::binary);
-        out << text;
-        out.close();
-        if (!out) pending.fail("the disk may be full");
-        pending.commit();
+        images::write_text(file, text);
     }
 
     std::string scene_, frames_, out_, format_ = "exr";
@@ -209,8 +205,8 @@ public:
         }
         const auto& [present, rendered] = runner.counts();
         if (!complete)
-            fmt::print(stderr, "obscura batch run: interrupted, {} of {} frames done\n", present + rendered,
-                       frames);
+            print_message(fmt::format("obscura batch run: interrupted, {} of {} frames done",
+                                      present + rendered, frames));
         Report report;
         report.add("frames", "frames", static_cast<std::int64_t>(frames));
         report.add("present", "done before", static_cast<std::int64_t>(present));

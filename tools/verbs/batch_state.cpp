@@ -3,6 +3,8 @@
 #include "tools/batch/batch_state.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "host/interrupt.hpp"
 #include "tools/batch/inputs.hpp"
 #include "tools/batch/shard_runner.hpp"
@@ -105,7 +107,7 @@ public:
         const BatchState state = batch_state(plan, batch_, FrameCheck::hash, std::time(nullptr), threads_);
         if (host::interrupted()) return exit_interrupted;
         for (const BadFrame& bad : state.bad)
-            fmt::print(stderr, "{}: frame {} {}\n", bad.file, bad.frame, bad.why);
+            print_message(fmt::format("{}: frame {} {}", bad.file, bad.frame, bad.why));
         Report report;
         add_to(report, state);
         report.add("missing", "missing", static_cast<std::int64_t>(state.frames - state.done));
@@ -156,7 +158,7 @@ public:
             return exit_ok;
         }
         request_.program = std::filesystem::read_symlink("/proc/self/exe").string();
-        request_.batch = std::filesystem::canonical(batch_).string();
+        request_.batch = real_path(batch_).string();
         request_.shards = state.unfinished;
         for (const std::string& command : slurm_ ? slurm_commands(request_) : parallel_commands(request_)) {
             fmt::print("{}\n", command);

@@ -2,6 +2,7 @@
 // Verb `obscura bench`: benchmark of rendering, detector, GigE Vision stream and trigger latency.
 #include "core/error.hpp"
 #include "core/realtime/log.hpp"
+#include "core/text/printable.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/daemon/daemon.hpp"
 #include "emulator/unit/assemble.hpp"
@@ -79,7 +80,7 @@ public:
         report_.add("cores", "cores", static_cast<std::int64_t>(std::thread::hardware_concurrency()));
         const bool done = measure_imaging(config) && measure_stream(config) && measure_camera(config);
         if (!done) {
-            fmt::print(stderr, "obscura bench: interrupted\n");
+            print_message("obscura bench: interrupted");
             return exit_failure;
         }
         report_.print(json_);

@@ -2,6 +2,7 @@
 // Verb `obscura characterise`: EMVA 1288 characterisation of a sensor file, an image series or a camera.
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "images/writers/raw.hpp"
 #include "sensors/photometry.hpp"
 #include "sensors/sensor_file.hpp"
 #include "tools/characterise/characterise_camera.hpp"
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 namespace obscura::tools {
@@ -98,12 +98,7 @@ public:
             result = characterise_series(series_);
         }
         result.sort();
-        if (!output_.empty()) {
-            std::ofstream file(output_);
-            file << to_html(result);
-            file.close();
-            if (!file) throw OutputError(fmt::format("{}: cannot be written", output_));
-        }
+        if (!output_.empty()) images::write_text(output_, to_html(result));
         std::fputs((json_ ? to_json(result) : to_text(result)).c_str(), stdout);
         const bool good = std::all_of(result.parameters.begin(), result.parameters.end(),
                                       [](const Parameter& p) { return p.good(); });

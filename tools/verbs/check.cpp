@@ -2,6 +2,7 @@
 // Verb `obscura check`: validation and plausibility of a configuration, scene or sensor file.
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
+#include "core/text/printable.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/unit/assemble.hpp"
 #include "renderer/scene/star_catalogue.hpp"
@@ -148,7 +149,7 @@ private:
                 return;
             }
         throw InputError(
-            fmt::format("{}: {}", config::printable(file_),
+            fmt::format("{}: {}", printable(file_),
                         config::explain_missing({config::shipped_sensors, config::shipped_scenes}, file_)));
     }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura grab`: GigE Vision client that receives, measures and saves frames.
+#include "core/text/printable.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "host/interrupt.hpp"
 #include "images/writers/pending_file.hpp"
@@ -38,7 +39,7 @@ public:
                   try {
                       receiver.execute("TriggerSoftware");
                   } catch (const Error& error) {
-                      fmt::print(stderr, "{}\n", error.what());
+                      print_message(error.what());
                       return;
                   }
               }
@@ -163,7 +164,7 @@ public:
             receiver.end_stream();
             if (with_chunks()) receiver.set_flag("ChunkModeActive", false);
         } catch (const HardwareError& error) {
-            fmt::print(stderr, "{}\n", error.what());
+            print_message(error.what());
         }
         if (!camera_.frames().empty()) write_intrinsics(receiver);
         const StreamStatistics statistics = receiver.statistics();
@@ -248,8 +249,8 @@ private:
             const std::optional<ReceivedFrame> frame = receive_one(receiver);
             if (!frame) {
                 if (!host::interrupted())
-                    fmt::print(stderr, "obscura grab: no frame for {} s, {} of {} received\n", timeout_s_,
-                               received_, frames_);
+                    print_message(fmt::format("obscura grab: no frame for {} s, {} of {} received",
+                                              timeout_s_, received_, frames_));
                 return;
             }
             ++received_;

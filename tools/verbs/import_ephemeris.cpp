@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura import ephemeris`: SPK kernel from casacore's DE405, or from a kernel in another form.
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "ephemeris/kernels/daf.hpp"
 #include "ephemeris/kernels/daf_writer.hpp"
 #include "ephemeris/kernels/default_ephemeris.hpp"
 #include "ephemeris/kernels/ephemeris.hpp"
+#include "images/writers/pending_file.hpp"
 #include "images/writers/raw.hpp"
 #include "tools/import/ephemeris/casacore_ephemeris.hpp"
 #include "tools/verbs/verb.hpp"
@@ -38,18 +40,18 @@ public:
     int run() override {
         const std::filesystem::path file(file_);
         const bool is_default = output_.empty();
-        if (is_default && !std::filesystem::is_directory(file) && std::filesystem::exists(file))
+        if (is_default && !is_folder_at(file) && path_exists(file))
             throw host::UsageError(
                 "obscura import ephemeris: --output is wanted where a kernel is converted");
         std::string bytes;
         std::string source = file_;
-        if (std::filesystem::is_directory(file)) {
+        if (is_folder_at(file)) {
             const CasacoreEphemeris table = read_casacore_ephemeris(file);
             source = fmt::format("{} ({})", table.name, file_);
             bytes = ephemeris::daf_bytes("SPK", table.name, "Made by obscura import ephemeris from " + source,
                                          table.segments);
         } else {
-            if (!std::filesystem::exists(file))
+            if (!path_exists(file))
                 throw InputError(fmt::format(
                     "{}: no such file or folder; Debian's package casacore-data-jpl-de405 installs {}", file_,
                     casacore_de405));
@@ -61,16 +63,36 @@ public:
             std::filesystem::create_directories(place.parent_path(), ignored);
             output_ = place.string();
         }
-        images::write_text(output_, bytes);
-        // What was written must be readable: bodies, types and coverage are checked.
-        const ephemeris::Ephemeris written({output_});
-        fmt::print("{}: written from {}, bodies: {}; next: {}\n", output_, source, written.bodies().size(),
+        images::PendingFile pending(output_);
+        images::write_text(pending.path(), bytes);
+        const ephemeris::Ephemeris written = read_again(pending.path(), source);
+        pending.commit();
+        fmt::print("{}: written from {}, bodies: {}, orientations: {}; next: {}\n", output_, source,
+                   written.bodies().size(), written.frame_coverage().size(),
                    is_default ? "epoch and ephemeris in a scene, without kernels"
                               : "obscura ephemeris " + output_);
         return exit_ok;
     }
 
 private:
+    /// What was written must be readable as a whole, before it takes the place of another file. Throws
+    /// InputError.
+    static ephemeris::Ephemeris read_again(const std::filesystem::path& file, const std::string& source) {
+        const auto refuse = [&](std::string why) -> InputError {
+            const std::string name = file.string();
+            for (std::size_t at; (at = why.find(name)) != std::string::npos;)
+                why.replace(at, name.size(), "the kernel");
+            return InputError(fmt::format("{}: cannot be read once converted: {}", source, why));
+        };
+        try {
+            ephemeris::Ephemeris written({file});
+            if (const auto& unusable = written.unusable(); !unusable.empty()) throw refuse(unusable.front());
+            return written;
+        } catch (const ConfigError& error) {
+            throw refuse(error.what());
+        }
+    }
+
     static std::string converted(const std::filesystem::path& file) {
         if (!ephemeris::Daf::starts_as_daf(file))
             throw InputError(fmt::format("{}: neither a casacore table nor an SPK, CK or binary PCK kernel",

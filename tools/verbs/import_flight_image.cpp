@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura import flight-image`: scene file from the header of a flight image.
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/raw.hpp"
 #include "tools/import/near_msi.hpp"
@@ -38,8 +39,8 @@ public:
     }
 
     int run() override {
-        const std::filesystem::path mesh = std::filesystem::absolute(shape_).lexically_normal();
-        if (!std::filesystem::is_regular_file(mesh))
+        const std::filesystem::path mesh = absolute_path(shape_);
+        if (!is_file_at(mesh))
             throw InputError(fmt::format("{}: no such file, a mesh in Wavefront OBJ is wanted", shape_));
         const std::string scene = near_msi_scene(file_, {mesh.string(), metres_per_unit_, utc_});
         images::write_text(output_, scene);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura import map`: giant texture (.obt) from map files, read through GDAL in a helper process.
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "host/interrupt.hpp"
 #include "tools/check/report.hpp"
 #include "tools/import/map/map_import.hpp"
@@ -143,7 +144,7 @@ public:
             });
         shown = nullptr;
         for (const std::string& warning : report.remarks.warnings())
-            fmt::print(stderr, "warning: {}\n", warning);
+            print_message(fmt::format("warning: {}", warning));
         if (!report.written.finished)
             throw Error(exit_failure, fmt::format("{}: interrupted: the same command goes on", output_));
         print(report);

@@ -2,6 +2,7 @@
 // Verb `obscura import stars`: star catalogue file from catalogues in other layouts.
 #include "core/error.hpp"
 #include "core/spectral_band.hpp"
+#include "core/text/printable.hpp"
 #include "ephemeris/stars/star_file.hpp"
 #include "host/interrupt.hpp"
 #include "images/writers/raw.hpp"
@@ -70,7 +71,7 @@ public:
         for (std::size_t i = 0; i < files_.size(); ++i) {
             const std::filesystem::path file(files_[i]);
             StarSink sink(file.string(), settings_.limiting_v,
-                          [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+                          [](const std::string& line) { print_message(line); });
             StarFormat format{};
             {
                 constexpr std::uint64_t steps = 1000;

@@ -2,6 +2,7 @@
 // Verb `obscura new`: commented configuration or scene file to begin with.
 #include "config/keys.hpp"
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "images/writers/raw.hpp"
 #include "tools/pages/key_reference.hpp"
 #include "tools/pages/new_file.hpp"
@@ -150,7 +151,7 @@ private:
     [[nodiscard]] std::string scene() const {
         const std::string beside = "scene.toml";
         const fs::path file(file_);
-        const bool there = file.filename() != beside && fs::exists(file.parent_path() / beside);
+        const bool there = file.filename() != beside && path_exists(file.parent_path() / beside);
         return config::toml_string(there ? beside : "demo");
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura release`: takes control of the cameras of a running daemon away from their clients.
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -46,8 +47,8 @@ bool blocks_signal(const std::filesystem::path& thread) {
 // waits for signals does not block them while it waits, but all others do.
 bool waits_for_signal(const std::filesystem::path& process) {
     std::error_code error;
-    for (const auto& thread : std::filesystem::directory_iterator(process / "task", error))
-        if (blocks_signal(thread.path())) return true;
+    for (const std::filesystem::path& thread : paths_in(process / "task", error))
+        if (blocks_signal(thread)) return true;
     return false;
 }
 
@@ -62,12 +63,11 @@ std::filesystem::path process_folder(std::int32_t pid) {
 std::vector<std::int32_t> running_daemons() {
     std::vector<std::int32_t> found;
     std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
-        const std::string name = entry.path().filename();
+    for (const std::filesystem::path& entry : paths_in("/proc", error)) {
+        const std::string name = entry.filename();
         std::int32_t pid = 0;
         const auto [stop, bad] = std::from_chars(name.data(), name.data() + name.size(), pid);
-        if (bad == std::errc{} && stop == name.data() + name.size() && is_daemon(entry.path()))
-            found.push_back(pid);
+        if (bad == std::errc{} && stop == name.data() + name.size() && is_daemon(entry)) found.push_back(pid);
     }
     return found;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura render`: irradiance images of a scene, single or as a sequence.
 #include "config/shipped_files.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "images/writers/pending_file.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "tools/check/plausibility.hpp"
@@ -113,7 +115,7 @@ public:
                     {frame.file.filename().string(), frame.number, frame.time_s, options_.exposure_s, truth});
             if (truth_table_.given())
                 truth_table_.add(frames.renderer(), region, frame.number, options_.exposure_of(frame.time_s));
-            if (resume_ && std::filesystem::exists(frame.file)) {
+            if (resume_ && path_exists(frame.file)) {
                 ++present;
                 continue;
             }
@@ -132,8 +134,8 @@ public:
         if (!intrinsics_file_.empty())
             write_camera_file(intrinsics_file_, PictureCamera::of_scene(frames.camera(), region), rendered);
         if (written + present < sequenced.size())
-            fmt::print(stderr, "obscura render: interrupted, {} of {} frames written\n", written + present,
-                       sequenced.size());
+            print_message(fmt::format("obscura render: interrupted, {} of {} frames written",
+                                      written + present, sequenced.size()));
 
         const double brightest =
             static_cast<double>(*std::max_element(frames.image().begin(), frames.image().end()));

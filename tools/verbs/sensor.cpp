@@ -4,6 +4,7 @@
 
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
+#include "images/writers/raw.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/sensor_file.hpp"
 #include "tools/pictures/readout_picture.hpp"
@@ -15,7 +16,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 
 namespace obscura::tools {
 namespace {
@@ -215,12 +215,7 @@ private:
         ReadoutPlan plan;
         if (const std::string why = plan_readout(sensor.readout, windows, Time{}, plan); !why.empty())
             throw ConfigError(fmt::format("{}: {}", name_, why));
-        if (!svg_.empty()) {
-            std::ofstream file(svg_);
-            file << readout_picture(sensor.name, plan);
-            file.close();
-            if (!file) throw OutputError(fmt::format("{}: cannot be written", svg_));
-        }
+        if (!svg_.empty()) images::write_text(svg_, readout_picture(sensor.name, plan));
         if (json_)
             print_json(sensor, plan);
         else

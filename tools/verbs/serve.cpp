@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura serve`: renders scenes for clients.
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "host/interrupt.hpp"
 #include "host/service_notify.hpp"
 #include "serve/compatible/compatible_host.hpp"
@@ -94,13 +95,13 @@ public:
         service::Tokens tokens = read_tokens();
         std::error_code error;
         const std::filesystem::path root = std::filesystem::canonical(root_.empty() ? "." : root_, error);
-        if (error || !std::filesystem::is_directory(root))
+        if (error || !is_folder_at(root))
             throw InputError(
                 fmt::format("obscura serve: --root {}: {}", root_, error ? error.message() : "no folder"));
         std::filesystem::path output;
         if (!output_.empty()) {
             output = std::filesystem::canonical(output_, error);
-            if (error || !std::filesystem::is_directory(output))
+            if (error || !is_folder_at(output))
                 throw InputError(fmt::format("obscura serve: --output {}: {}", output_,
                                              error ? error.message() : "no folder"));
         }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura stimulator`: USB displays (GUD), test patterns, calibration of screen and camera.
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "host/interrupt.hpp"
 #include "images/image.hpp"
 #include "images/writers/pending_file.hpp"
@@ -87,7 +89,7 @@ private:
             fmt::print("{:04x}:{:04x} bus {} address {} serial {}{}{}\n", d.vendor_id, d.product_id, d.bus,
                        d.address, d.serial.empty() ? "-" : d.serial, d.problem.empty() ? "" : ": ",
                        d.problem);
-        if (found.empty()) fmt::print(stderr, "obscura stimulator: no GUD display is connected\n");
+        if (found.empty()) print_message("obscura stimulator: no GUD display is connected");
         return found.empty() ? exit_hardware : exit_ok;
     }
 
@@ -173,7 +175,7 @@ private:
             const auto [place, fresh] = read.try_emplace(name);
             if (fresh)
                 for (const char* ending : {".fits", ".png"})
-                    if (const fs::path file = fs::path(captures_) / (name + ending); fs::exists(file)) {
+                    if (const fs::path file = fs::path(captures_) / (name + ending); path_exists(file)) {
                         const images::Image image = images::read_image(file);
                         place->second =
                             transports::Capture{image.width, image.height,

@@ -3,6 +3,7 @@
 #include "tools/verbs/texture.hpp"
 
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "host/interrupt.hpp"
 #include "terrain/geometry/map_frame.hpp"
 #include "terrain/obt/obt_file.hpp"
@@ -255,10 +256,10 @@ public:
         report.add("damaged", "damaged", count(found.damaged));
         report.print(json_);
         for (const std::string& line : found.findings)
-            fmt::print(stderr, "{}\n", line);
+            print_message(line);
         if (found.damaged > found.findings.size())
-            fmt::print(stderr, "{}: {} more\n", file_, found.damaged - found.findings.size());
-        if (found.interrupted) fmt::print(stderr, "{}: interrupted: not all was read\n", file_);
+            print_message(fmt::format("{}: {} more", file_, found.damaged - found.findings.size()));
+        if (found.interrupted) print_message(fmt::format("{}: interrupted: not all was read", file_));
         return found.damaged > 0 || found.interrupted ? exit_failure : exit_ok;
     }
 
@@ -293,7 +294,7 @@ public:
             progress.done(rows);
             return !host::interrupted();
         });
-        if (!whole) fmt::print(stderr, "{}: interrupted: not written\n", output_);
+        if (!whole) print_message(fmt::format("{}: interrupted: not written", output_));
         return whole ? exit_ok : exit_failure;
     }
 

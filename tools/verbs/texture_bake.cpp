@@ -2,6 +2,7 @@
 // Verb `obscura texture bake`: heights of a terrain, all its sources and detail together, as a giant texture.
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "core/units.hpp"
 #include "host/interrupt.hpp"
 #include "renderer/planets/planet_parameters.hpp"
@@ -79,7 +80,7 @@ public:
             written = write_obt(output_, m, source, options);
         }
         if (!written.finished) {
-            fmt::print(stderr, "{}: interrupted: call it again to go on\n", output_);
+            print_message(fmt::format("{}: interrupted: call it again to go on", output_));
             return exit_failure;
         }
         Report report;

@@ -2,6 +2,8 @@
 // Verb `obscura texture mount`: the levels of a giant texture as files of a read-only file system in user
 // space, for programs that cannot read .obt. Without libfuse3 at build time it says so.
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
 #include "terrain/obt/obt_file.hpp"
 #include "tools/verbs/texture.hpp"
 
@@ -182,7 +184,7 @@ int read_file(const char* path, char* out, std::size_t bytes, off_t at, fuse_fil
     try {
         return static_cast<int>(mounted().read(*name, static_cast<std::uint64_t>(at), bytes, out));
     } catch (const std::exception& error) { // a damaged tile, no memory
-        fmt::print(stderr, "obscura texture mount: {}\n", error.what());
+        print_message(fmt::format("obscura texture mount: {}", error.what()));
         return -EIO;
     }
 }
@@ -239,7 +241,7 @@ public:
         std::error_code error;
         if (!std::filesystem::is_directory(folder_, error))
             throw InputError(fmt::format("{}: is no folder", folder_));
-        serve(texture, std::filesystem::absolute(folder_).string());
+        serve(texture, absolute_path(folder_).string());
         return exit_ok;
 #else
         throw HardwareError("obscura texture mount: this program was built without libfuse3 (libfuse3-dev)");

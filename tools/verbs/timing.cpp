@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura timing`: latency statistics of a run, and self-test of the machine's release jitter.
 #include "emulator/unit/release_self_test.hpp"
+#include "images/writers/raw.hpp"
 #include "tools/timing/timing_report.hpp"
 #include "tools/verbs/verb.hpp"
 
@@ -58,10 +59,7 @@ private:
             std::fputs(text.c_str(), stdout);
             return;
         }
-        std::ofstream out(output_, std::ios::binary);
-        out << text;
-        out.close();
-        if (!out) throw OutputError(fmt::format("{}: cannot be written", output_));
+        images::write_text(output_, text);
     }
 
     std::string file_, format_ = "text", output_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura truth`: the ground truth that a frame file carries, joined to a truth table.
+#include "core/io/path_state.hpp"
 #include "images/readers/header_cards.hpp"
 #include "images/readers/truth_table_reader.hpp"
 #include "tools/verbs/verb.hpp"
@@ -146,8 +147,7 @@ private:
                                     ? file.substr(0, digits + 1)
                                     : std::string();
         for (const char* name : {"truth.csv", "truth.fits"})
-            if (const auto beside = frame.parent_path() / (run + name); std::filesystem::exists(beside))
-                return beside;
+            if (const auto beside = frame.parent_path() / (run + name); path_exists(beside)) return beside;
         return {};
     }
 

@@ -6,6 +6,7 @@
 #include "core/realtime/log.hpp"
 #include "core/realtime/realtime.hpp"
 #include "images/writers/pending_file.hpp"
+#include "images/writers/row_file.hpp"
 #include "images/writers/truth_file.hpp"
 #include "images/writers/truth_table.hpp"
 
@@ -16,7 +17,6 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <utility>
 
 namespace obscura::transports {
@@ -140,13 +140,12 @@ void FileSink::write(const Frame& frame) {
 void FileSink::append_truth(const std::filesystem::path& file, const Frame& frame) {
     const SceneTruth* const truth = frame.final_scene_truth();
     if (truth == nullptr) return;
-    const bool first = std::exchange(truth_run_, run_) != run_;
-    std::ofstream out(file, first ? std::ios::trunc : std::ios::app);
-    if (first) out << images::truth_csv_header();
-    out << images::truth_csv_lines(*truth, frame.row_times());
-    out.close();
-    if (!out)
-        throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+    if (std::exchange(truth_run_, run_) != run_ || !truth_table_) {
+        truth_table_ = std::make_unique<images::RowFile>(file);
+        truth_table_->add(images::truth_csv_header());
+    }
+    truth_table_->add(images::truth_csv_lines(*truth, frame.row_times()));
+    truth_table_->flush();
 }
 
 TransportStatistics FileSink::statistics() const {

@@ -14,6 +14,10 @@
 #include <thread>
 #include <vector>
 
+namespace obscura::images {
+class RowFile;
+}
+
 namespace obscura::transports {
 
 /// Writes frame_000001.png and so on (frame id, format) into a folder; the second and later acquisitions of
@@ -55,6 +59,7 @@ private:
     std::vector<std::uint16_t> partial_; ///< copy of a partial frame
     std::uint64_t last_id_ = 0, run_ = 1;
     std::uint64_t truth_run_ = 0; ///< whose truth.csv has been begun
+    std::unique_ptr<images::RowFile> truth_table_;
     std::atomic<bool> failing_{false};
     std::atomic<std::uint64_t> free_bytes_{0}; ///< on the disk, after the latest frame; 0: not known
 };

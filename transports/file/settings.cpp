@@ -2,6 +2,7 @@
 #include "transports/file/settings.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "transports/file/file_sink.hpp"
 
 #include <fmt/format.h>
@@ -42,7 +43,7 @@ config::Section section_of(FileSinkSettings& s) {
             [&s](const config::ReadTable& table) {
                 const auto folder =
                     table.has("directory") ? std::filesystem::path() : table.where().file.parent_path();
-                s.directory = std::filesystem::absolute(folder / s.directory).lexically_normal().string();
+                s.directory = absolute_path(folder / s.directory).string();
             },
     };
 }

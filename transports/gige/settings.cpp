@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/io/address_range.hpp"
+#include "core/text/printable.hpp"
 #include "transports/gige/device/preset_check.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
@@ -38,15 +39,14 @@ void check_interface(const config::ReadTable& table, const GigeSettings& s) {
     in_addr parsed{};
     if (text.find_first_not_of("0123456789.") == std::string::npos &&
         inet_pton(AF_INET, text.c_str(), &parsed) != 1)
-        table.refuse("interface",
-                     fmt::format("\"{}\" is no IPv4 address like 192.168.7.2", config::printable(text)));
+        table.refuse("interface", fmt::format("\"{}\" is no IPv4 address like 192.168.7.2", printable(text)));
     else if (text.size() >= IFNAMSIZ ||
              std::any_of(text.begin(), text.end(), [](char c) { return c <= 0x20 || c == 0x7f || c == '/'; }))
         table.refuse(
             "interface",
             fmt::format(
                 "\"{}\" is no name of a network interface: allowed are at most {} characters without blanks and slashes",
-                config::printable(text), IFNAMSIZ - 1));
+                printable(text), IFNAMSIZ - 1));
 }
 
 void check(const GigeSettings& s, const config::ReadTable& table) {
@@ -57,7 +57,7 @@ void check(const GigeSettings& s, const config::ReadTable& table) {
     if (!s.mac.empty() && !parse_mac(s.mac))
         table.refuse("mac",
                      fmt::format("\"{}\" is no hardware address, allowed six bytes like 02:4f:00:00:00:01",
-                                 config::printable(s.mac)));
+                                 printable(s.mac)));
     if (s.packet_size % 4 != 0)
         table.refuse("packet_size", fmt::format("{} is not a multiple of 4", s.packet_size));
     if (s.heartbeat_timeout_ms > s.heartbeat_timeout_max_ms)

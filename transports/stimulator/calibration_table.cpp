@@ -170,7 +170,8 @@ double UniformityGrid::operator()(PixelPoint p) const {
 
 void write_calibration(const std::filesystem::path& file, const CalibrationTable& t) {
     images::PendingFile pending(file);
-    std::filesystem::remove(pending.path()); // cfitsio must create the file itself
+    std::error_code ignored;
+    std::filesystem::remove(pending.path(), ignored); // cfitsio must create the file itself
     TableWriter out(pending.path());
     out.key("SCREENW", t.screen_width, "[pixel] width of the screen");
     out.key("SCREENH", t.screen_height, "[pixel] height of the screen");

@@ -2,6 +2,7 @@
 #include "transports/stimulator/libusb_bus.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 
 #include <fmt/format.h>
 #include <libusb.h>
@@ -13,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <utility>
+#include <vector>
 
 namespace obscura::transports {
 namespace {
@@ -234,16 +236,15 @@ private:
 /// context, so that a missing device can be polled often.
 bool may_be_there(std::uint16_t vendor_id, std::uint16_t product_id) {
     std::error_code error;
-    const std::filesystem::directory_iterator devices("/sys/bus/usb/devices", error);
+    const std::vector<std::filesystem::path> devices = paths_in("/sys/bus/usb/devices", error);
     if (error) return true;
     const auto number = [](const std::filesystem::path& file) {
         unsigned value = 0x10000;
         std::ifstream(file) >> std::hex >> value;
         return value;
     };
-    return std::any_of(begin(devices), end(devices), [&](const auto& entry) {
-        return number(entry.path() / "idVendor") == vendor_id &&
-               number(entry.path() / "idProduct") == product_id;
+    return std::any_of(devices.begin(), devices.end(), [&](const std::filesystem::path& device) {
+        return number(device / "idVendor") == vendor_id && number(device / "idProduct") == product_id;
     });
 }
 

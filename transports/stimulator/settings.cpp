@@ -2,6 +2,7 @@
 #include "transports/stimulator/settings.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "transports/stimulator/calibration_table.hpp"
 #include "transports/stimulator/libusb_bus.hpp"
 #include "transports/stimulator/stimulator_output.hpp"
@@ -22,7 +23,7 @@ void check_black(const StimulatorSettings& s, double white_dn, const config::Rea
 /// Calibration table of an enabled stimulator; nullopt if it has none or it cannot be read (then reported).
 std::optional<CalibrationTable> read_table(const StimulatorSettings& s, const config::ReadTable& table) {
     if (!s.enabled || s.calibration.empty()) return std::nullopt;
-    if (!std::filesystem::is_regular_file(s.calibration)) {
+    if (!is_file_at(s.calibration)) {
         table.refuse("calibration", fmt::format("{} is no file that can be read", s.calibration));
         return std::nullopt;
     }
@@ -35,8 +36,7 @@ std::optional<CalibrationTable> read_table(const StimulatorSettings& s, const co
 }
 
 void check(StimulatorSettings& s, const config::ReadTable& table) {
-    if (!s.calibration.empty())
-        s.calibration = std::filesystem::absolute(s.calibration).lexically_normal().string();
+    if (!s.calibration.empty()) s.calibration = absolute_path(s.calibration).string();
     const bool colours = s.format == DisplayFormat::rgb888 || s.format == DisplayFormat::xrgb8888;
     if (s.grey != GreyCoding::equal && !colours)
         table.refuse("grey",

@@ -3,6 +3,7 @@
 
 #include "core/camera/frame_record.hpp"
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "core/spectral_band.hpp"
 #include "host/answer_cards.hpp"
 #include "host/irradiance_image.hpp"
@@ -84,7 +85,7 @@ std::string FrameFiles::made(const std::string& name,
                              const std::function<void(const std::filesystem::path&)>& write) {
     const std::lock_guard lock(mutex_);
     if (folder_.empty()) {
-        std::string name_of_folder = (std::filesystem::temp_directory_path() / "obscura-web-XXXXXX").string();
+        std::string name_of_folder = (temporary_files_folder() / "obscura-web-XXXXXX").string();
         if (::mkdtemp(name_of_folder.data()) == nullptr)
             throw OutputError(fmt::format("{}: {}", name_of_folder, std::strerror(errno)));
         folder_ = name_of_folder;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that make bodies of elevation models.
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "images/image.hpp"
 #include "serve/compatible/dem_file.hpp"
 #include "serve/compatible/handlers.hpp"
@@ -42,7 +43,7 @@ double required(const DemFile& dem, std::string_view key) {
 std::filesystem::path height_map(const Request& r, const std::filesystem::path& model,
                                  const std::string& name) {
     const std::filesystem::path beside = model.parent_path() / name;
-    return r.client_state.files.existing(std::filesystem::exists(beside) ? beside.string() : name);
+    return r.client_state.files.existing(path_exists(beside) ? beside.string() : name);
 }
 
 /// Table [[body.height]]; null: the model has no height map.

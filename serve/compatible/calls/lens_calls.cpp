@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of the camera's models: projection, focus, motion, times of the rows, wavelengths of the channels.
 // The published program has them in files that are not public; the names and parameters here are ours.
+#include "core/text/printable.hpp"
 #include "renderer/scene/trajectory.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/parameters.hpp"
@@ -24,8 +25,7 @@ void load_projection(Request& r) {
     if (!projection)
         throw r.arguments.refused(
             "filename",
-            fmt::format("\"{}\" is no built-in model, and model files are not read",
-                        config::printable(file, 60)),
+            fmt::format("\"{}\" is no built-in model, and model files are not read", printable(file, 60)),
             fmt::format("{}, with any ending", fmt::join(names_of_enum<scene::Projection>(), ", ")));
     PictureLens lens{*projection, {}};
     Parameters parameters(r);
@@ -56,9 +56,9 @@ void load_motion(Request& r) {
     parameters.check_rest();
     if (file.empty()) return r.client_state.camera.motion.clear();
     if (!file.ends_with(".csv"))
-        throw r.arguments.refused(
-            "filename", fmt::format("\"{}\": model files are not read", config::printable(file, 60)),
-            fmt::format("a table .csv of {}", scene::trajectory_columns));
+        throw r.arguments.refused("filename",
+                                  fmt::format("\"{}\": model files are not read", printable(file, 60)),
+                                  fmt::format("a table .csv of {}", scene::trajectory_columns));
     r.client_state.camera.motion = scene::read_trajectory(r.client_state.files.existing(file)).samples;
 }
 
@@ -70,10 +70,10 @@ void load_time_sampling(Request& r) {
     if (name == "rolling_shutter")
         line_s = parameters.number("line_addressing_time", 0, 0, 1e3);
     else if (!file.empty() && name != "global_shutter")
-        throw r.arguments.refused("filename",
-                                  fmt::format("\"{}\" is no built-in model, and model files are not read",
-                                              config::printable(file, 60)),
-                                  "global_shutter, rolling_shutter, with any ending");
+        throw r.arguments.refused(
+            "filename",
+            fmt::format("\"{}\" is no built-in model, and model files are not read", printable(file, 60)),
+            "global_shutter, rolling_shutter, with any ending");
     parameters.check_rest();
     r.client_state.camera.line_s = line_s;
 }
@@ -85,10 +85,10 @@ void load_spectrum(Request& r) {
         return;
     }
     if (model_name(file) != "bands")
-        throw r.arguments.refused("filename",
-                                  fmt::format("\"{}\" is no built-in model, and model files are not read",
-                                              config::printable(file, 60)),
-                                  "bands, with any ending");
+        throw r.arguments.refused(
+            "filename",
+            fmt::format("\"{}\" is no built-in model, and model files are not read", printable(file, 60)),
+            "bands, with any ending");
     Parameters parameters(r);
     std::array<std::vector<double>, 2> edges;
     for (const auto& [name, numbers] : {std::pair{"from", &edges[0]}, std::pair{"to", &edges[1]}}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that create models by name: BRDFs and shapes. Built-in ones stand for the model files of the
 // published program, which are not public.
+#include "core/text/printable.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/objects.hpp"
 #include "serve/compatible/parameters.hpp"
@@ -46,7 +47,7 @@ json reflection_of(Request& r, const std::string& name, Parameters& parameters) 
                 {"emission_w_m2_sr", list_of_numbers(parameters.channels_of("emission", 1, 1e15))}};
     throw r.arguments.refused(
         "filename",
-        fmt::format("\"{}\" is no built-in model, and model files are not read", config::printable(name, 60)),
+        fmt::format("\"{}\" is no built-in model, and model files are not read", printable(name, 60)),
         "mate.brdf, hapke.brdf, oren_nayar.brdf, phong.brdf, mirror.brdf, raw.brdf, sun.brdf");
 }
 
@@ -74,7 +75,7 @@ Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
     }
     throw r.arguments.refused(
         "filename",
-        fmt::format("\"{}\" is no built-in model, and model files are not read", config::printable(name, 60)),
+        fmt::format("\"{}\" is no built-in model, and model files are not read", printable(name, 60)),
         "sphere.shp, spheroid.shp, ellipsoid.shp");
 }
 

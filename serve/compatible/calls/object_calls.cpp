@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that create objects, place them and ask for them.
+#include "core/text/printable.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/objects.hpp"
 #include "serve/compatible/stand_ins.hpp"
@@ -174,8 +175,7 @@ const Model& model_of(Request& r, const std::map<std::string, Model>& all, std::
     const std::string& name = r.arguments.text(argument);
     const auto found = all.find(name);
     if (found == all.end())
-        throw r.arguments.refused(argument,
-                                  fmt::format("nothing is called \"{}\"", config::printable(name, 60)),
+        throw r.arguments.refused(argument, fmt::format("nothing is called \"{}\"", printable(name, 60)),
                                   "one that was created before");
     return found->second;
 }

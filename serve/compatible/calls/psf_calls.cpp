@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of the point spread function.
+#include "core/text/printable.hpp"
 #include "serve/compatible/handlers.hpp"
 
 #include <fmt/format.h>
@@ -189,8 +190,8 @@ void add_psf_calls(Handlers& handlers) {
         const std::string& name = r.arguments.text("filename");
         if (name.empty()) return use(r.client_state, {});
         if (name != "gaussian.psf")
-            throw r.arguments.refused(
-                "filename", fmt::format("\"{}\" is not known", config::printable(name, 60)), "gaussian.psf");
+            throw r.arguments.refused("filename", fmt::format("\"{}\" is not known", printable(name, 60)),
+                                      "gaussian.psf");
         double sigma_px = 0.5, radius = 5;
         for (const auto& [field, target, most] :
              {std::tuple{"sigma", &sigma_px, 20.0}, std::tuple{"sigma_radius", &radius, 10.0}}) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that take the state of a scene away and bring it back: places, light and camera, not the objects.
+#include "core/text/printable.hpp"
 #include "serve/compatible/client_state.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "service/failure.hpp"
@@ -161,8 +162,8 @@ void set_state(ClientState& client_state, const Arguments& arguments, Reply& rep
     client_state.rendering.samples = static_cast<std::uint32_t>(samples);
     client_state.rendering.irradiance = irradiance;
     if (!unknown.empty())
-        reply.warn(fmt::format("setState: there are no objects {}; their places are not used",
-                               config::printable(unknown)));
+        reply.warn(
+            fmt::format("setState: there are no objects {}; their places are not used", printable(unknown)));
 }
 
 /// Lines for people.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of textures whose texels the client sends, or that have a name of their own.
+#include "core/text/printable.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/objects.hpp"
 #include "serve/compatible/packed_bytes.hpp"
@@ -28,8 +29,7 @@ NamedTexture& named_texture(Request& r, std::string_view argument) {
     const std::string& name = r.arguments.text(argument);
     const auto found = r.client_state.textures.find(name);
     if (found == r.client_state.textures.end())
-        throw r.arguments.refused(argument,
-                                  fmt::format("no texture is called \"{}\"", config::printable(name, 60)),
+        throw r.arguments.refused(argument, fmt::format("no texture is called \"{}\"", printable(name, 60)),
                                   "one that was created before");
     return found->second;
 }

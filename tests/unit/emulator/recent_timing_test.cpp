@@ -28,7 +28,7 @@ struct Run {
             push(n);
         std::ostringstream out;
         log.drain([&](const FrameTiming& frame) {
-            log.write_line(frame, out, {});
+            out << log.row(frame, {});
             if (recent != nullptr) recent->note(frame);
         });
         std::istringstream text(out.str());

@@ -24,7 +24,7 @@ def pattern(text):
 
 
 logged = {}
-for folder in "core", "config", "renderer", "sensors", "sync", "transports", "emulator", "instrument", "web":
+for folder in "core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator", "instrument", "web":
     for file in sorted((source / folder).rglob("*.cpp")):
         for match in calls.finditer(file.read_text(encoding="utf-8")):
             logged[pattern(next(group for group in match.groups() if group))] = file.relative_to(source)

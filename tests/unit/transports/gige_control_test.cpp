@@ -2,6 +2,7 @@
 // The control port without sockets: one datagram in, its answer out, on a fresh device each time.
 #include "core/clock.hpp"
 #include "core/error.hpp"
+#include "core/io/temporary_name.hpp"
 #include "core/philox.hpp"
 #include "core/realtime/latency_histogram.hpp"
 #include "tests/support/catch.hpp"
@@ -895,11 +896,15 @@ TEST_CASE("What a state file says is escaped, checked and validated") {
     CHECK(read_state((folder.path() / "none").string(), read).empty());
     CHECK(read == DeviceState{});
     CHECK_FALSE(write_state((folder.path() / "none" / "state").string(), state).empty());
-    // A link under the name that temporary files are made from is not followed.
+    // A link under the name of the next temporary file, names count up, is not followed.
     const std::string victim = folder.write("victim", "precious");
-    std::filesystem::create_symlink(victim, file + ".XXXXXX");
-    CHECK(write_state(file, state).empty());
+    const std::string name = temporary_beside(file).string();
+    const std::size_t digits = name.rfind('.', name.size() - 5) + 1;
+    const std::string next = std::to_string(std::stoul(name.substr(digits)) + 1);
+    std::filesystem::create_symlink(victim, name.substr(0, digits) + next + ".tmp");
+    CHECK(write_state(file, state) == "cannot be written: File exists");
     CHECK(test::text_of(victim) == "precious");
+    CHECK(write_state(file, state).empty());
 }
 
 TEST_CASE("A command writes the state file once at most, and only for a change") {

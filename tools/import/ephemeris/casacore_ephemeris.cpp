@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/path_state.hpp"
 
 #include <fmt/format.h>
 
@@ -40,7 +41,7 @@ constexpr std::size_t row_values = 1018;
 
 std::string read_table_file(const std::filesystem::path& file) {
     const InputFile in = open_input(file);
-    const std::uintmax_t size = std::filesystem::file_size(file);
+    const std::uintmax_t size = file_bytes_at(file);
     if (size > max_table_bytes)
         throw InputError(fmt::format("{}: {} bytes, a table of DE405 has at most {}", file.string(), size,
                                      max_table_bytes));
@@ -186,7 +187,7 @@ ephemeris::DafArrayData segment(const Series& s, const std::vector<std::array<do
 
 CasacoreEphemeris read_casacore_ephemeris(const std::filesystem::path& folder) {
     const std::string description = (folder / "table.dat").string();
-    if (!std::filesystem::exists(description))
+    if (!path_exists(description))
         throw InputError(fmt::format(
             "{}: no casacore table (table.dat); Debian's package casacore-data-jpl-de405 installs {}",
             folder.string(), casacore_de405));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura events`: prints the latest log lines of a running daemon.
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "core/time.hpp"
 #include "host/interrupt.hpp"
 #include "host/monitor_client.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura features`: what can be set on a running camera.
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
-#include "core/text/terminal_text.hpp"
 #include "core/text/text.hpp"
 #include "host/setting_text.hpp"
 #include "tools/verbs/calls/calling_verb.hpp"

@@ -2,27 +2,17 @@
 // Verb `obscura frame`: saves frames of a running camera.
 #include "host/answer_cards.hpp"
 #include "host/interrupt.hpp"
-#include "images/writers/pending_file.hpp"
+#include "images/writers/raw.hpp"
 #include "tools/control/saved_frame.hpp"
 #include "tools/verbs/calls/calling_verb.hpp"
 
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
 #include <string>
 
 namespace obscura::tools {
 namespace {
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-    images::PendingFile file(path);
-    std::ofstream out(file.path(), std::ios::binary);
-    out << text;
-    out.close();
-    if (!out) file.fail("no room, or no right to write");
-    file.commit();
-}
 
 class FrameVerb final : public CallingVerb {
 public:
@@ -106,7 +96,8 @@ private:
             images::write_picture(file, *names.format(), {frame.width, frame.height, bits, frame.pixels},
                                   host::cards_of_answer(frame.head));
         else
-            write_text(file, frame.head.dump(2, ' ', false, host::CallJson::error_handler_t::replace) + "\n");
+            images::write_text(
+                file, frame.head.dump(2, ' ', false, host::CallJson::error_handler_t::replace) + "\n");
         if (json_) {
             frame.head["file"] = file.string();
             fmt::print("{}\n", frame.head.dump(-1, ' ', false, host::CallJson::error_handler_t::replace));

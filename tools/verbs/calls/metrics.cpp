@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura metrics`: prints what running daemons have counted in the text format of Prometheus.
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "host/metrics_text.hpp"
 #include "host/monitor_client.hpp"
-#include "images/writers/pending_file.hpp"
+#include "images/writers/raw.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -37,22 +36,13 @@ public:
         if (output_.empty())
             fmt::print("{}", text);
         else
-            write(text);
+            images::write_text(output_, text);
         for (const std::string& silent : daemons.silent)
-            fmt::print(stderr, "obscura metrics: {}\n", for_terminal(silent));
+            print_message(fmt::format("obscura metrics: {}", silent));
         return daemons.silent.empty() ? exit_ok : exit_hardware;
     }
 
 private:
-    void write(const std::string& text) const {
-        images::PendingFile file(output_);
-        std::ofstream out(file.path(), std::ios::binary);
-        out << text;
-        out.close();
-        if (!out) file.fail("no room, or no right to write");
-        file.commit();
-    }
-
     std::string socket_, output_;
 };
 

@@ -3,6 +3,7 @@
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "core/units.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/trajectory.hpp"
@@ -49,7 +50,7 @@ Vec3 parse_vector(std::string_view text, std::string_view option) {
     if (!good)
         throw host::UsageError(
             fmt::format("obscura pose: {} \"{}\": allowed is X,Y,Z, for example 0,-2000,500", option,
-                        config::printable(text, 60)));
+                        printable(text, 60)));
     return {v[0], v[1], v[2]};
 }
 

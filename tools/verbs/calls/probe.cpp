@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura probe`: one pixel of a frame of a running camera.
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "tools/verbs/calls/calling_verb.hpp"
 
 #include <fmt/format.h>

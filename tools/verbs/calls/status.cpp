@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura status`: shows what running daemons do.
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "host/interrupt.hpp"
 #include "host/monitor_client.hpp"
 #include "tools/control/rest_client.hpp"
@@ -95,7 +95,7 @@ private:
         fmt::print("{}{}", replace ? "\033[H\033[2J" : "", text);
         std::fflush(stdout);
         for (const std::string& line : complaints)
-            fmt::print(stderr, "obscura status: {}\n", for_terminal(line));
+            print_message(fmt::format("obscura status: {}", line));
     }
 
     void wait() const {

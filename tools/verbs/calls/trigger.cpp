@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura trigger`: triggers frames of a running camera, by software or by datagrams.
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "host/interrupt.hpp"
 #include "sync/sources/udp.hpp"
 #include "tools/receive/udp_trigger.hpp"

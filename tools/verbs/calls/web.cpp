@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura web`: prints the link of the running page.
 #include "core/error.hpp"
-#include "core/text/terminal_text.hpp"
+#include "core/text/printable.hpp"
 #include "host/web_links.hpp"
 #include "tools/verbs/verb.hpp"
 

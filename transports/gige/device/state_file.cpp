@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/io/file_descriptor.hpp"
+#include "core/io/temporary_name.hpp"
 #include "transports/gige/registers/register_bank.hpp"
 
 #include <fcntl.h>
@@ -14,7 +15,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -146,11 +146,11 @@ std::string read_state(const std::string& file, DeviceState& state) {
 
 std::string write_state(const std::string& file, const DeviceState& state) {
     // Written beside and renamed: the file holds the old state or the new one, whenever the power fails.
-    // mkostemp creates exclusively, so that a link planted under the name is not followed.
-    std::string beside = file + ".XXXXXX";
-    const FileDescriptor fd(mkostemp(beside.data(), O_CLOEXEC));
-    if (fd.get() < 0) return "cannot be written: " + cause();
+    // Created exclusively, so that a link planted under the name is not followed.
+    const std::string beside = temporary_beside(file).string();
     constexpr mode_t owner_and_group = 0640;
+    const FileDescriptor fd(::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, owner_and_group));
+    if (fd.get() < 0) return "cannot be written: " + cause();
     if (fchmod(fd.get(), owner_and_group) != 0 || !write_all(fd.get(), format_state(state)) ||
         fsync(fd.get()) != 0 || std::rename(beside.c_str(), file.c_str()) != 0) {
         const std::string why = "cannot be written: " + cause();

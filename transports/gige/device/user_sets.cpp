@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/user_sets.hpp"
 
+#include "core/io/temporary_name.hpp"
 #include "core/realtime/log.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/regions.hpp"
@@ -79,6 +80,7 @@ Status load_default_set(DeviceContext& d) {
 void read_state_file(DeviceContext& d) {
     const std::string& file = d.settings.state_file;
     if (file.empty()) return;
+    remove_left_temporaries(file);
     DeviceState state;
     if (const std::string why = read_state(file, state); !why.empty()) {
         log_warning("gige.state_file: {}: {}; not used, and left as it is: user sets are not kept", file,

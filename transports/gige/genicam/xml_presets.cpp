@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
 #include "core/text/text.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/genicam/xml_file.hpp"
@@ -40,8 +41,8 @@ std::vector<XmlPreset> xml_presets_of(const std::string& values) {
 }
 
 std::string explain_bad_preset(const XmlPreset& preset, std::string_view why, const std::string& file) {
-    return fmt::format("\"{}\": {}, allowed is Feature=value of a feature in {}",
-                       config::printable(preset.item), why, file);
+    return fmt::format("\"{}\": {}, allowed is Feature=value of a feature in {}", printable(preset.item), why,
+                       file);
 }
 
 std::string read_xml_file(const std::string& file) {
