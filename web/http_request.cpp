@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/http_request.hpp"
 
+#include "core/text/text.hpp"
 #include "web/api/routes.hpp"
 #include "web/server/access.hpp"
 
@@ -8,6 +9,7 @@
 #include <boost/asio/buffer.hpp>
 
 #include <string>
+#include <utility>
 
 namespace obscura::web {
 
@@ -15,14 +17,58 @@ namespace asio = boost::asio;
 namespace http = boost::beast::http;
 using ErrorCode = boost::beast::error_code;
 
+namespace {
+
+template<typename Name>
+std::string_view header_of(const http::request<http::string_body>& message, Name name) {
+    const auto found = message[name];
+    return {found.data(), found.size()};
+}
+
+/// The target in absolute form (RFC 9112, 3.2.2), as proxies get it, without scheme and authority; others as
+/// they are.
+std::string_view path_of(std::string_view target) {
+    for (const std::string_view scheme : {"http://", "https://"})
+        if (lower_case(target.substr(0, scheme.size())) == scheme) {
+            const std::size_t path = target.find('/', scheme.size());
+            return path == std::string_view::npos ? "/" : target.substr(path);
+        }
+    return target;
+}
+
+Response plain_refusal(unsigned status, std::string body) {
+    Response response;
+    response.status = status;
+    response.type = "text/plain; charset=utf-8";
+    response.body = std::move(body);
+    return response;
+}
+
+} // namespace
+
+std::optional<Response> refusal_of_header(const Parser& parser) {
+    const auto& message = parser.get();
+    const std::size_t codings = message.count(http::field::transfer_encoding);
+    const std::string coding = lower_case(header_of(message, http::field::transfer_encoding));
+    if (codings > 0 && message.version() < 11)
+        return plain_refusal(400, "HTTP/1.0 has no Transfer-Encoding\n");
+    if (codings > 1 || (codings == 1 && trimmed(coding) != "chunked"))
+        return plain_refusal(400, "Transfer-Encoding: allowed is chunked alone\n");
+    const std::string expected = lower_case(header_of(message, http::field::expect));
+    if (!expected.empty() && expected != "100-continue")
+        return plain_refusal(417, "Expect: allowed is 100-continue\n");
+    return std::nullopt;
+}
+
+bool waits_for_continue(const Parser& parser) {
+    return parser.get().version() >= 11 && parser.get().count(http::field::expect) > 0 && !parser.is_done();
+}
+
 Request request_of(const http::request<http::string_body>& message) {
-    const auto value = [&](auto name) {
-        const auto found = message[name];
-        return std::string_view(found.data(), found.size());
-    };
+    const auto value = [&](auto name) { return header_of(message, name); };
     Request request;
     request.method = {message.method_string().data(), message.method_string().size()};
-    request.target = {message.target().data(), message.target().size()};
+    request.target = path_of({message.target().data(), message.target().size()});
     request.has_host = message.count(http::field::host) == 1;
     request.host = value(http::field::host);
     request.has_origin = message.count(http::field::origin) > 0;
@@ -37,20 +83,17 @@ Request request_of(const http::request<http::string_body>& message) {
     request.has_idempotency_key = message.count("Idempotency-Key") > 0;
     request.idempotency_key = value("Idempotency-Key");
     request.body = message.body();
-    constexpr std::string_view scheme = "Bearer ";
-    if (const std::string_view given = value(http::field::authorization); given.starts_with(scheme))
-        request.bearer = given.substr(scheme.size());
-    else
-        request.password = password_of_basic(given);
+    const std::string_view authorization = value(http::field::authorization);
+    request.bearer = credentials_of(authorization, "bearer");
+    request.password = password_of_basic(authorization);
     return request;
 }
 
 Response refusal_of(ErrorCode error) {
-    Response response;
-    response.status = error == http::error::header_limit ? 431 : error == http::error::body_limit ? 413 : 400;
-    response.type = "text/plain; charset=utf-8";
-    response.body = error.message() + "\n";
-    return response;
+    return plain_refusal(error == http::error::header_limit ? 431
+                         : error == http::error::body_limit ? 413
+                                                            : 400,
+                         error.message() + "\n");
 }
 
 void set_limits(Parser& parser, const HttpLimits& limits) {
@@ -68,6 +111,8 @@ std::optional<Response> answer_to(Routes& routes, const HttpLimits& limits, std:
         if (error == http::error::need_more) return std::nullopt;
         if (error) return refusal_of(error);
         bytes.remove_prefix(used);
+        if (parser.is_header_done())
+            if (auto refused = refusal_of_header(parser)) return refused;
         if (used == 0 || (bytes.empty() && !parser.is_done())) return std::nullopt;
     }
     return routes.answer(request_of(parser.get()));

@@ -40,6 +40,12 @@ void set_limits(Parser& parser, const HttpLimits& limits);
 
 /// Views of the message.
 [[nodiscard]] Request request_of(const boost::beast::http::request<boost::beast::http::string_body>& message);
+/// Refusal of a request by its header: a body whose end is not known (RFC 9112, 6.1 and 6.3), or an
+/// expectation that is not met (RFC 9110, 10.1.1). The connection ends behind it: what follows is not where
+/// the next request begins.
+[[nodiscard]] std::optional<Response> refusal_of_header(const Parser& parser);
+/// Whether the client waits for "100 Continue" before it sends the body.
+[[nodiscard]] bool waits_for_continue(const Parser& parser);
 /// Refusal of a request that cannot be read.
 [[nodiscard]] Response refusal_of(boost::beast::error_code error);
 

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "web/http_request.hpp"
+#include "web/http_response.hpp"
 #include "web/live/live_session.hpp"
 #include "web/live/mjpeg_session.hpp"
 #include "web/server/answer_writer.hpp"
@@ -14,6 +15,7 @@
 // Asio of Boost 1.74 needs it included before.
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <fmt/format.h>
@@ -21,7 +23,6 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <array>
 #include <list>
 #include <map>
 #include <optional>
@@ -39,18 +40,6 @@ using ErrorCode = beast::error_code;
 constexpr std::chrono::milliseconds stream_period{200};
 constexpr std::chrono::seconds stream_silence{15}; ///< after which a comment shows that the server lives
 constexpr std::size_t max_event_batch = 64;
-
-constexpr std::array<std::pair<const char*, const char*>, 6> headers_of_all{{
-    {"Content-Security-Policy",
-     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
-     "img-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
-     "require-trusted-types-for 'script'"},
-    {"X-Content-Type-Options", "nosniff"},
-    {"X-Frame-Options", "DENY"},
-    {"Referrer-Policy", "no-referrer"},
-    {"Cross-Origin-Resource-Policy", "same-origin"},
-    {"Cache-Control", "no-store"},
-}};
 
 /// Has a client's bytes wait here rather than in the system, where they would be old before they leave, and
 /// behind those of cameras on the same interface. Without effect on sockets that are not of TCP.
@@ -123,9 +112,21 @@ private:
                                 [self = shared_from_this()](ErrorCode error, std::size_t) {
                                     if (error)
                                         self->refuse(error);
+                                    else if (auto refused = refusal_of_header(*self->parser_))
+                                        self->refuse(*std::move(refused));
+                                    else if (waits_for_continue(*self->parser_))
+                                        self->send_continue();
                                     else
                                         self->read_body();
                                 });
+    }
+
+    void send_continue() {
+        static constexpr std::string_view line = "HTTP/1.1 100 Continue\r\n\r\n";
+        asio::async_write(stream_, asio::buffer(line.data(), line.size()),
+                          [self = shared_from_this()](ErrorCode error, std::size_t) {
+                              if (!error) self->read_body();
+                          });
     }
 
     void read_body() {
@@ -144,8 +145,12 @@ private:
         if (error.category() != http::make_error_code(http::error::bad_field).category() ||
             error == http::error::end_of_stream || error == http::error::partial_message)
             return;
+        refuse(refusal_of(error));
+    }
+
+    void refuse(Response response) {
         route_ = "unreadable";
-        send(refusal_of(error), 11, false, false);
+        send(std::move(response), 11, false, false);
     }
 
     void answer() {
@@ -218,15 +223,6 @@ private:
             }
         }
         send(std::move(response), version, keep_alive, head);
-    }
-
-    template<typename Body>
-    static void set_headers(http::response<Body>& out, const Response& response) {
-        for (const auto& [name, text] : headers_of_all)
-            out.set(name, text);
-        for (const auto& [name, text] : response.headers)
-            out.set(name, text);
-        out.set(http::field::content_type, response.type);
     }
 
     void send(Response response, unsigned version, bool keep_alive, bool head) {

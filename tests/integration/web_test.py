@@ -169,6 +169,30 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     head = one.ask("/", method="HEAD", token="")
     check("HEAD has the length and no body", head.status == 200 and int(head.headers["Content-Length"]) == len(page.text.encode()) and not head.text)
 
+    # Where the body of a request ends is beyond doubt, or the connection ends (RFC 9112, 6.1): what follows is not answered.
+    def statuses(request, follow=True):
+        with socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) as client:
+            client.settimeout(PATIENCE_S)
+            client.sendall(request.replace("\n", "\r\n").format(host=f"Host: localhost:{one.port}").encode() +
+                           (f"GET /livez HTTP/1.1\r\nHost: localhost:{one.port}\r\nConnection: close\r\n\r\n".encode() if follow else b""))
+            text = b""
+            while part := client.recv(4096):
+                text += part
+        return [int(status) for status in re.findall(rb"HTTP/1\.[01] (\d+) ", text)]
+    for coding in "gzip", "xchunked", "identity", "chunked, gzip", "gzip, chunked", "chunked\nTransfer-Encoding: chunked":
+        check(f"Transfer-Encoding: {coding!r} is refused, and the connection ends",
+              statuses("GET /livez HTTP/1.1\n{host}\nTransfer-Encoding: " + coding + "\n\n0\n\n") == [400])
+    check("so is chunked of HTTP/1.0", statuses("GET /livez HTTP/1.0\n{host}\nTransfer-Encoding: chunked\nConnection: keep-alive\n\n0\n\n") == [400])
+    check("chunked alone is read", statuses("GET /livez HTTP/1.1\n{host}\nTransfer-Encoding: Chunked\n\n0\n\n") == [200, 200])
+    seen = statuses("POST /livez HTTP/1.1\n{host}\nContent-Length: 2\nExpect: 100-Continue\n\n{{}}")
+    check("a client that expects 100 Continue gets it", seen == [100, 405, 200], seen)
+    check("other expectations are refused", statuses("GET /livez HTTP/1.1\n{host}\nExpect: wonders\n\n") == [417])
+    check("a target in absolute form is that of its path", statuses(f"GET http://localhost:{one.port}/livez HTTP/1.1\n{{host}}\n\n") == [200, 200] and
+          statuses("GET HTTP://localhost HTTP/1.1\n{host}\n\n") == [200, 200])
+    for scheme in "bearer", "BEARER", "Bearer  ":
+        seen = statuses("GET /api/v1/state HTTP/1.1\n{host}\nAuthorization: " + f"{scheme} {one.token}\n\n")
+        check(f"the scheme {scheme} is that of tokens", seen == [200, 200], seen)
+
     # Who may ask what.
     for route in "/metrics", "/readyz", "/api/v1/state", "/api/v1/events":
         check(f"{route} wants a token", one.ask(route, token="").status == 401)

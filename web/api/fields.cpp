@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/api/fields.hpp"
 
+#include "core/text/printable.hpp"
 #include "web/server/problem.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <string>
 
 namespace obscura::web {
@@ -148,19 +151,35 @@ Json read_query(std::string_view query, std::span<const Parameter> fields) {
     return values;
 }
 
+namespace {
+
+/// Refuses deep nesting, and a name that stands twice in an object: readers differ in which of the two they
+/// take.
+Json parse_strictly(std::string_view text) {
+    std::array<std::set<std::string>, max_levels + 2> names;
+    return Json::parse(text.begin(), text.end(), [&](int depth, Json::parse_event_t event, Json& parsed) {
+        if (depth > max_levels)
+            throw Refusal(400, "syntax",
+                          fmt::format("more than {} arrays and objects within each other", max_levels));
+        const auto level = static_cast<std::size_t>(depth);
+        if (event == Json::parse_event_t::object_start) names[level + 1].clear();
+        if (event == Json::parse_event_t::key && !names[level].insert(parsed.get<std::string>()).second)
+            throw Refusal(
+                400, "syntax",
+                fmt::format("\"{}\" stands twice in an object", printable(parsed.get<std::string>(), 60)));
+        return true;
+    });
+}
+
+} // namespace
+
 Json read_body(std::string_view text, const Route& route) {
     const bool empty = std::all_of(text.begin(), text.end(),
                                    [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; });
     Json body = Json::object();
     if (!empty) {
         try {
-            body = Json::parse(text.begin(), text.end(), [](int depth, Json::parse_event_t, Json&) {
-                if (depth > max_levels)
-                    throw Refusal(
-                        400, "syntax",
-                        fmt::format("more than {} arrays and objects within each other", max_levels));
-                return true;
-            });
+            body = parse_strictly(text);
         } catch (const Json::parse_error& error) {
             throw Refusal(400, "syntax", fmt::format("the body is no JSON, at byte {}", error.byte));
         } catch (const Json::exception&) {

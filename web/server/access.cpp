@@ -102,11 +102,15 @@ std::optional<Holder> Tokens::holder_of(std::string_view token) const {
     return found == nullptr ? std::nullopt : std::optional(*found);
 }
 
+std::string_view credentials_of(std::string_view authorization, std::string_view scheme) {
+    const std::size_t blank = std::min(authorization.find(' '), authorization.size());
+    return lower_case(authorization.substr(0, blank)) == scheme ? trimmed(authorization.substr(blank)) : "";
+}
+
 std::string password_of_basic(std::string_view authorization) {
-    constexpr std::string_view scheme = "Basic ";
     constexpr std::size_t most = 512;
-    if (!authorization.starts_with(scheme) || authorization.size() > most) return {};
-    const std::string_view text = authorization.substr(scheme.size());
+    const std::string_view text = credentials_of(authorization, "basic");
+    if (text.empty() || text.size() > most) return {};
     std::array<unsigned char, most> bytes{};
     // Refuses what is no base64; the padding counts as bytes of 0.
     const int count = ::EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(text.data()),

@@ -57,6 +57,10 @@ private:
     std::vector<std::pair<std::string, Holder>> hashes_;
 };
 
+/// Credentials of an Authorization header of that scheme, which is in lower case here and in any case there
+/// (RFC 9110, 11.1); empty: another scheme.
+[[nodiscard]] std::string_view credentials_of(std::string_view authorization, std::string_view scheme);
+
 /// The password of a header Authorization of the scheme Basic; empty: it is none.
 [[nodiscard]] std::string password_of_basic(std::string_view authorization);
 
