@@ -33,13 +33,13 @@ Server::Server(const Limits& limits, Host& host, std::vector<Listener> listeners
       context_{limits_, host, memory_, {}},
       wakeup_fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (!wakeup_fd_) throw HardwareError(fmt::format("eventfd: {}", std::strerror(errno)));
-    const Outgoing refusal =
-        make_message(MessageKind::error, 0,
-                     {{"code", name_of(FailureCode::busy)},
-                      {"message", fmt::format("{} clients are connected already, allowed {}", limits.clients,
-                                              limits.clients)}});
     for (Listener& listener : listeners) {
         const bool is_unix = listener.is_unix(); // no more once it has moved
+        const std::size_t places = limits.clients + (is_unix ? limits.local_clients : 0);
+        const Outgoing refusal = make_message(
+            MessageKind::error, 0,
+            {{"code", name_of(FailureCode::busy)},
+             {"message", fmt::format("{} clients are connected already, allowed {}", places, places)}});
         add(native(std::move(listener), {.refusal = refusal.start}, {},
                    [this, is_unix](int client) { return access_of(is_unix, client); }));
     }
@@ -123,7 +123,9 @@ std::size_t Server::count(const Clients& clients, const Endpoint& endpoint) cons
 }
 
 std::size_t Server::places_of(const Endpoint& endpoint) const {
-    return endpoint.places.clients > 0 ? endpoint.places.clients : limits_.clients;
+    if (endpoint.places.clients > 0) return endpoint.places.clients;
+    // Clients over a network, which prove nothing at first, never take the last ones.
+    return limits_.clients + (endpoint.acceptor.listener().is_unix() ? limits_.local_clients : 0);
 }
 
 Server::Clients::iterator Server::longest_silent(const Endpoint& endpoint, Clock::time_point now) {

@@ -283,6 +283,7 @@ TEST_CASE("a client that vanishes has its calls cancelled and its session ended"
 TEST_CASE("a client beyond the limit is refused with a line", "[service]") {
     Limits limits;
     limits.clients = 2;
+    limits.local_clients = 0;
     Bench bench(limits);
     Client first(bench);
     auto second = std::make_unique<Client>(bench);
@@ -303,6 +304,24 @@ TEST_CASE("a client beyond the limit is refused with a line", "[service]") {
     Client& fourth = *there;
     fourth.request(1, {{"call", "echo"}, {"value", 4}});
     CHECK(fourth.answer().head["value"] == 4);
+}
+
+TEST_CASE("clients over a network leave places to those of the machine", "[service]") {
+    Limits limits;
+    limits.clients = 2;
+    limits.local_clients = 1;
+    Bench bench(limits);
+    std::vector<Client> silent;
+    for (std::size_t i = 0; i < limits.clients; ++i) {
+        silent.push_back(Client::over_tcp(bench));
+        silent.back().request(1, {{"call", "hello"}});
+        (void)silent.back().answer();
+    }
+    CHECK(Client::over_tcp(bench).answer().head["message"] == "2 clients are connected already, allowed 2");
+    Client local(bench);
+    local.request(1, {{"call", "echo"}, {"value", 4}});
+    CHECK(local.answer().head["value"] == 4);
+    CHECK(Client(bench, false).answer().head["message"] == "3 clients are connected already, allowed 3");
 }
 
 TEST_CASE("messages and hello that do not come in time end the connection", "[service]") {
