@@ -58,7 +58,7 @@ PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s) {
         motion.live = ring;
         rings.emplace(name, std::move(ring));
     };
-    attach("camera", scene.camera.motion);
+    attach(std::string(scene::camera_name), scene.camera.motion);
     for (scene::Body& body : scene.bodies)
         attach(body.name, body.motion);
     for (scene::Lamp& lamp : scene.lamps)

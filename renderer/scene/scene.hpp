@@ -408,6 +408,9 @@ constexpr std::size_t max_bands = 16;
 
 class KernelFrame;
 
+/// Name of the camera where bodies and lamps have theirs: no other thing may have it.
+inline constexpr std::string_view camera_name = "camera";
+
 /// Scene: bodies, light sources, stars and the camera. Inertial frame: right-handed, metres, J2000 axes.
 struct Scene {
     std::string name;

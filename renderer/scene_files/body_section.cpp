@@ -319,6 +319,9 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, KernelKeys& ker
     body.joint = joint_of(read.joint, table);
     apply_kernels(body, read, kernels, table);
     if (body.name.empty()) body.name = fmt::format("body{}", index);
+    if (body.name == camera_name)
+        table.mistakes().add(table.where().in("name"), table.table()->at,
+                             fmt::format("\"{}\" is the camera's own name", body.name));
     const auto end = scene.bodies.begin() + static_cast<std::ptrdiff_t>(index);
     if (std::any_of(scene.bodies.begin(), end, [&](const Body& b) { return b.name == body.name; }))
         table.mistakes().add(table.where().in("name"), table.table()->at,

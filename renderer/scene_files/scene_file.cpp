@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/scene_file.hpp"
 
+#include "core/error.hpp"
 #include "renderer/scene_files/camera_section.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
+#include <string_view>
 
 namespace obscura::scene {
 
@@ -23,6 +27,12 @@ std::string read_view(const config::Value& table, const config::Where& where, Sc
 }
 
 Scene read_scene(const config::Value& root, const std::filesystem::path& file) {
+    for (const std::string_view table : {"scene", "daemon", "sensor", "trigger", "gige"})
+        if (root.find(table) != nullptr)
+            throw ConfigError(
+                fmt::format("{}: is a configuration, by its table [{}]; a scene is wanted. obscura capture "
+                            "makes what the camera of a configuration would see",
+                            file.string(), table));
     Scene scene;
     config::Mistakes mistakes;
     read_section(&root, root.at, {file, ""}, scene_section(scene), mistakes);
