@@ -30,11 +30,11 @@ Time now() {
 }
 
 Json monitor_json(const FrameOutcomes& o) {
-    return {{"seconds", o.seconds},     {"triggers", o.triggers}, {"missed_triggers", o.missed_triggers},
-            {"frames", o.frames},       {"complete", o.complete}, {"late", o.late},
-            {"late_rows", o.late_rows}, {"stalled", o.stalled},   {"stalled_rows", o.stalled_rows},
-            {"abandoned", o.abandoned}, {"dropped", o.dropped},   {"unsent", o.unsent},
-            {"degraded", o.degraded}};
+    return {{"seconds", o.seconds},         {"triggers", o.triggers}, {"missed_triggers", o.missed_triggers},
+            {"frames", o.frames},           {"complete", o.complete}, {"late", o.late},
+            {"late_rows", o.late_rows},     {"stalled", o.stalled},   {"stalled_rows", o.stalled_rows},
+            {"abandoned", o.abandoned},     {"dropped", o.dropped},   {"unsent", o.unsent},
+            {"undelivered", o.undelivered}, {"degraded", o.degraded}};
 }
 
 Json lines_by_level() {
@@ -120,7 +120,8 @@ void Monitor::tick() {
     const Time time = now();
     state_.reset();
     for (std::size_t i = 0; i < recent_.size(); ++i)
-        recent_[i].note(time, daemon_.camera(i).counters(), daemon_.camera(i).acquiring());
+        recent_[i].note(time, daemon_.camera(i).counters(), daemon_.camera(i).acquiring(),
+                        daemon_.unit(i).undelivered().frames);
     beats_.note(time, daemon_.heartbeats());
     if (!std::exchange(advised_, true)) {
         const ThreadPlan& plan = daemon_.threads();
@@ -157,7 +158,9 @@ Json Monitor::made_state() const {
     for (std::size_t i = 0; i < recent_.size(); ++i) {
         const Camera& camera = daemon_.camera(i);
         const FramePool& pool = daemon_.unit(i).pool();
-        const FrameOutcomes recent = recent_[i].until(time, camera.counters());
+        UndeliveredFrames undelivered = daemon_.unit(i).undelivered();
+        FrameOutcomes recent = recent_[i].until(time, camera.counters(), undelivered.frames);
+        recent.undelivered_by = std::move(undelivered.by);
         const std::string controller = daemon_.controller(i);
         Json statistics = daemon_.statistics_of(i);
         const TriggerChoice trigger = camera.settings().frame_trigger;

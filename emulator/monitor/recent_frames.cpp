@@ -22,7 +22,7 @@ constexpr double first_trigger_s = 10;
 
 } // namespace
 
-void RecentFrames::note(Time now, const CameraCounters& counters, bool acquiring) {
+void RecentFrames::note(Time now, const CameraCounters& counters, bool acquiring, std::uint64_t undelivered) {
     if (!acquiring) {
         frame_.reset();
         max_gap_ns_ = 0;
@@ -33,7 +33,7 @@ void RecentFrames::note(Time now, const CameraCounters& counters, bool acquiring
     }
     complete_ = counters.complete;
     if (!snapshots_.empty() && now - snapshots_.back().time < ns_per_s) return;
-    snapshots_.push_back({now, counters});
+    snapshots_.push_back({now, counters, undelivered});
     while (snapshots_.size() > 2 && now - snapshots_[1].time >= span_ns)
         snapshots_.pop_front();
 }
@@ -57,7 +57,7 @@ std::optional<RecentFrames::LastFrame> RecentFrames::last_frame(Time now) const 
     return LastFrame{seconds(now - *frame_), seconds(std::max(overdue_gaps * max_gap_ns_, min_overdue_ns))};
 }
 
-FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) const {
+FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters, std::uint64_t undelivered) const {
     if (snapshots_.empty()) return {};
     const CameraCounters& before = snapshots_.front().counters;
     FrameOutcomes out;
@@ -75,6 +75,7 @@ FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) cons
     out.abandoned = counters.abandoned - before.abandoned;
     out.dropped = counters.dropped - before.dropped;
     out.unsent = counters.unsent - before.unsent;
+    out.undelivered = undelivered - snapshots_.front().undelivered;
     out.degraded = counters.quality.degraded - before.quality.degraded;
     return out;
 }
@@ -109,6 +110,9 @@ Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& co
     if (recent.unsent > 0 && !client_awaited)
         return bad(fmt::format("{} of {} frames were sent nowhere: no transport had a receiver, or room",
                                recent.unsent, recent.frames));
+    if (recent.undelivered > 0)
+        return bad(fmt::format("{} of {} frames were not delivered by {}, see the log", recent.undelivered,
+                               recent.frames, recent.undelivered_by));
     if (recent.abandoned > 0)
         return bad(fmt::format("{} of {} frames abandoned", recent.abandoned, recent.frames));
     if (recent.late_rows > 0)

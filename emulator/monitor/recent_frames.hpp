@@ -20,6 +20,8 @@ struct FrameOutcomes {
     std::uint64_t triggers = 0, missed_triggers = 0, frames = 0, complete = 0, late = 0, late_rows = 0,
                   stalled = 0, stalled_rows = 0, abandoned = 0, dropped = 0, unsent = 0, degraded = 0;
     MissedCounts missed_because{};
+    std::uint64_t undelivered = 0; ///< by transports that deliver every frame
+    std::string undelivered_by{};  ///< their kinds, for the line
 };
 
 /// Thread-bound.
@@ -32,9 +34,11 @@ public:
     static constexpr std::int64_t overdue_gaps = 3, min_overdue_ns = 2 * ns_per_s;
 
     /// Takes a snapshot if the last one is a second old; to be called several times a second.
-    void note(Time now, const CameraCounters& counters, bool acquiring);
+    /// `undelivered`: see FrameOutcomes, since the start.
+    void note(Time now, const CameraCounters& counters, bool acquiring, std::uint64_t undelivered = 0);
     /// Outcomes from about a minute before `now`, or from the first snapshot, until `now`.
-    [[nodiscard]] FrameOutcomes until(Time now, const CameraCounters& counters) const;
+    [[nodiscard]] FrameOutcomes until(Time now, const CameraCounters& counters,
+                                      std::uint64_t undelivered = 0) const;
     /// Since the last complete frame of this acquisition, and when the next one is overdue. None: there were
     /// not two.
     struct LastFrame {
@@ -46,6 +50,7 @@ private:
     struct Snapshot {
         Time time;
         CameraCounters counters;
+        std::uint64_t undelivered = 0;
         std::int64_t max_gap_ns = 0; ///< of frames that came after it, before the next one
     };
     void note_frame(Time now);

@@ -247,6 +247,17 @@ void CameraUnit::tick() {
     if (timing_file_) timing_file_->flush();
 }
 
+UndeliveredFrames CameraUnit::undelivered() const {
+    UndeliveredFrames all;
+    for (const auto& transport : transports_) {
+        const std::uint64_t dropped = transport->delivers_all() ? transport->counters().dropped : 0;
+        if (dropped == 0) continue;
+        all.frames += dropped;
+        all.by += fmt::format("{}{}", all.by.empty() ? "" : ", ", transport->kind());
+    }
+    return all;
+}
+
 void CameraUnit::write_timing_to(const std::filesystem::path& file) {
     timing_file_.emplace(file);
     timing_file_->add(timing_.header());

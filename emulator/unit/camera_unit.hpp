@@ -36,6 +36,12 @@
 
 namespace obscura::emulator {
 
+/// Frames that transports lost which deliver every one, see Transport::delivers_all().
+struct UndeliveredFrames {
+    std::uint64_t frames = 0;
+    std::string by{}; ///< kinds of those transports, "file, stimulator"
+};
+
 /// Owns the parts of one camera. Trigger sources outside of it reach it through camera(). Thread-bound to the
 /// main thread.
 class CameraUnit {
@@ -81,6 +87,8 @@ public:
     }
     /// See Daemon::write_timing_to().
     void write_timing_to(const std::filesystem::path& file);
+    /// Thread-safe; allocates.
+    [[nodiscard]] UndeliveredFrames undelivered() const;
     /// Frames whose row in that file is missing.
     [[nodiscard]] std::uint64_t lost_timing_rows() const noexcept {
         return timing_file_ ? timing_file_->lost_rows() : 0;

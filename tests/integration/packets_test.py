@@ -321,6 +321,17 @@ def early(ground, camera):
     check("reports do not wait for transports", sooner)
 
 
+def refused(ground):
+    """The packet after one that was refused is sent: the system tells of the refusal in place of sending it."""
+    address = ground.receiver.getsockname()
+    ground.receiver.close()
+    time.sleep(2.5)  # a packet of housekeeping each second, refused as nothing listens
+    ground.receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    ground.receiver.bind(address)
+    ground.receiver.settimeout(PATIENCE_S)
+    check("a report arrives though the packet before it was refused", ground.command("NO_OPERATION")["RESULT"] == "DONE")
+
+
 def saturation(ground, camera, folder):
     """The saturated pixels of reports are those of the files of the same frames."""
     camera.set(TestPattern="White")
@@ -413,9 +424,10 @@ with tempfile.TemporaryDirectory(prefix="obscura-packets-") as name:
         check(f"sequence counts of {kind} have no gap", counts == list(range(len(counts))), counts)
     cosmos(ground)
     wireshark(ground, folder)
+    daemon.terminate()
+    daemon.wait(PATIENCE_S)
+    refused(ground)
     ground.process.terminate()
     ground.process.stdout.close()
     check("it ends well", ground.process.wait(PATIENCE_S) == 0)
-    daemon.terminate()
-    daemon.wait(PATIENCE_S)
 sys.exit(end())

@@ -38,6 +38,7 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] bool delivers_all() const noexcept override { return true; }
     /// With the folder and, from the first frame on, the room on its disk.
     [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }

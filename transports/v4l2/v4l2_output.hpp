@@ -50,6 +50,7 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] bool delivers_all() const noexcept override { return true; }
     /// With the node, and why it is not used.
     [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }

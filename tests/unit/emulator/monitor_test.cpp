@@ -157,6 +157,12 @@ TEST_CASE("the verdict names the first thing that is wrong", "[emulator]") {
     CHECK(judge(o, true, "", line, false).text == "30 late rows in 2 of 600 frames, last 60 s");
     o.abandoned = 3;
     CHECK(judge(o, true, "", line, false).text == "3 of 600 frames abandoned, last 60 s");
+    FrameOutcomes full_disk = o;
+    full_disk.undelivered = 76;
+    full_disk.undelivered_by = "file";
+    CHECK(judge(full_disk, true, "", line, false).text ==
+          "76 of 600 frames were not delivered by file, see the log, last 60 s");
+    CHECK(judge(full_disk, true, "", line, false).health == Health::bad);
     o.unsent = 4;
     CHECK(judge(o, true, "", line, false).text ==
           "4 of 600 frames were sent nowhere: no transport had a receiver, or room, last 60 s");
