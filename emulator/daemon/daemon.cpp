@@ -259,7 +259,7 @@ void Daemon::report_refused_triggers() {
     for (const auto& line : lines_) {
         if (line->refusal_logged || line->refused() == 0) continue;
         line->refusal_logged = true;
-        log_warning("trigger {}: malformed trigger message dropped and counted as refused",
+        log_warning("trigger {}: message dropped and counted as refused: no trigger, or beyond max_rate_hz",
                     line->source_name());
     }
 }

@@ -5,6 +5,7 @@
 #include "core/io/file_descriptor.hpp"
 #include "sync/clock_reading.hpp"
 #include "sync/inputs/ipv4_endpoint.hpp"
+#include "sync/inputs/rate_limit.hpp"
 
 #include <fmt/format.h>
 #include <netinet/in.h>
@@ -24,14 +25,17 @@ constexpr std::array<std::uint8_t, 4> magic{'O', 'B', 'T', 'R'};
 
 class UdpInput final : public EdgeInput {
 public:
-    UdpInput(const std::string& table, const std::string& text, bool accept_empty, const Clock* clock)
-        : accept_empty_(accept_empty), clock_(clock), fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    UdpInput(const std::string& table, const std::string& text, const UdpTriggers& triggers)
+        : triggers_(triggers),
+          limit_(triggers.max_rate_hz),
+          fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
         const std::string key = table + ".listen";
         const sockaddr_in address = parse_ipv4_endpoint(key, text, lowest_port, example_address);
         if (!fd_ || ::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
             throw HardwareError(fmt::format("{}: {}: {}", key, text, std::strerror(errno)));
         const int on = 1;
         ::setsockopt(fd_.get(), SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
+        ::setsockopt(fd_.get(), SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
     }
 
     int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {
@@ -42,6 +46,10 @@ public:
         while (count < static_cast<int>(edges.size()) &&
                receive(edges[static_cast<std::size_t>(count)], datagrams))
             ++count;
+        if (datagrams < 0 && count == 0) {
+            const timespec rest{0, udp_rest_ns};
+            ::clock_nanosleep(CLOCK_MONOTONIC, 0, &rest, nullptr);
+        }
         return count;
     }
 
@@ -62,8 +70,9 @@ private:
             header.msg_controllen = control.size();
             const ssize_t size = ::recvmsg(fd_.get(), &header, MSG_DONTWAIT);
             if (size < 0) return false;
+            count_overflow(header);
             UdpTriggerMessage message;
-            const bool empty = accept_empty_ && size == 0;
+            const bool empty = triggers_.accept_empty && size == 0;
             if (!empty && !decode({bytes.data(), static_cast<std::size_t>(size)}, message)) {
                 ++refused_;
                 continue;
@@ -71,6 +80,10 @@ private:
             timespec now{};
             clock_gettime(CLOCK_MONOTONIC, &now);
             const Time seen{to_ns(now)};
+            if (!limit_.allows(seen)) {
+                ++refused_;
+                continue;
+            }
             edge.sequence = message.sequence;
             edge.at = message.tai_ns != 0
                           ? tai_edge(message.tai_ns, seen)
@@ -83,27 +96,43 @@ private:
     // A sender's CLOCK_TAI may lack the offset from UTC that this machine's clock knows, or the reverse: they
     // are seconds apart, and at most one is plausible.
     [[nodiscard]] Time tai_edge(std::int64_t tai_ns, Time seen) const noexcept {
-        if (clock_ != nullptr)
-            if (const Time edge = plausible_edge(tai_ns, -clock_->tai_offset_ns(), seen); edge != seen)
+        if (triggers_.clock != nullptr)
+            if (const Time edge = plausible_edge(tai_ns, -triggers_.clock->tai_offset_ns(), seen);
+                edge != seen)
                 return edge;
         return plausible_edge(tai_ns, monotonic_minus(CLOCK_TAI), seen);
     }
 
-    // CLOCK_REALTIME; 0 (never plausible) without a kernel stamp.
-    static std::int64_t arrival_ns(msghdr& header) noexcept {
+    /// Sets `value` to what the kernel says of the datagram under `type`; false: nothing.
+    template<typename T>
+    static bool read_control(msghdr& header, int type, T& value) noexcept {
         for (cmsghdr* c = CMSG_FIRSTHDR(&header); c != nullptr; c = CMSG_NXTHDR(&header, c)) {
-            if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
-            timespec stamp{};
-            std::memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
-            return to_ns(stamp);
+            if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != type) continue;
+            std::memcpy(&value, CMSG_DATA(c), sizeof value);
+            return true;
         }
-        return 0;
+        return false;
     }
 
-    const bool accept_empty_;
-    const Clock* const clock_;
+    // CLOCK_REALTIME; 0 (never plausible) without a kernel stamp.
+    static std::int64_t arrival_ns(msghdr& header) noexcept {
+        timespec stamp{};
+        return read_control(header, SCM_TIMESTAMPNS, stamp) ? to_ns(stamp) : 0;
+    }
+
+    // The kernel counts, modulo 2^32, the datagrams for which the socket had no room.
+    void count_overflow(msghdr& header) noexcept {
+        std::uint32_t overflow = 0;
+        if (!read_control(header, SO_RXQ_OVFL, overflow)) return;
+        refused_ += overflow - overflow_;
+        overflow_ = overflow;
+    }
+
+    const UdpTriggers triggers_;
+    RateLimit limit_;
     FileDescriptor fd_;
     std::uint64_t refused_ = 0;
+    std::uint32_t overflow_ = 0;
 };
 
 } // namespace
@@ -137,9 +166,9 @@ sockaddr_in parse_udp_address(const std::string& text) {
     return parse_ipv4_endpoint(text, lowest_port, example_address);
 }
 
-std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address, bool accept_empty,
-                                    const Clock* clock) {
-    return std::make_unique<UdpInput>(table, address, accept_empty, clock);
+std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address,
+                                    const UdpTriggers& triggers) {
+    return std::make_unique<UdpInput>(table, address, triggers);
 }
 
 } // namespace obscura::sync

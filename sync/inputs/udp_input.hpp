@@ -26,8 +26,10 @@ struct UdpTriggerMessage {
     constexpr bool operator==(const UdpTriggerMessage&) const = default;
 };
 constexpr std::size_t udp_trigger_bytes = 16;
-/// Datagrams, of triggers or not, that one EdgeInput::wait() takes at most.
+/// Datagrams, of triggers or not, that one EdgeInput::wait() takes at most, and how long it rests after so
+/// many: a flood leaves the processor to those that make frames.
 constexpr int udp_datagrams_per_wait = 64;
+constexpr std::int64_t udp_rest_ns = ns_per_ms;
 
 /// Decodes a datagram. Returns false when the bytes are not a trigger message.
 [[nodiscard]] bool decode(std::span<const std::uint8_t> bytes, UdpTriggerMessage& message) noexcept;
@@ -36,10 +38,17 @@ constexpr int udp_datagrams_per_wait = 64;
 /// Parses an address such as "127.0.0.1:5002". Throws std::invalid_argument.
 [[nodiscard]] sockaddr_in parse_udp_address(const std::string& text);
 
-/// Binds to `address`. Datagrams that are not triggers are dropped and counted; `accept_empty`: empty ones
-/// are triggers; `clock`, which outlives the input: makes instants of TAI, before CLOCK_TAI. Throws
-/// ConfigError for an invalid address, else HardwareError; both name the key `listen` of `table`.
+/// Which datagrams are triggers.
+struct UdpTriggers {
+    bool accept_empty = false;    ///< empty ones are
+    double max_rate_hz = 1000;    ///< further ones are none, see RateLimit
+    const Clock* clock = nullptr; ///< outlives the input; makes instants of TAI, before CLOCK_TAI
+};
+
+/// Binds to `address`. Datagrams that are not triggers are dropped and counted, with those for which the
+/// kernel had no room. Throws ConfigError for an invalid address, else HardwareError; both name the key
+/// `listen` of `table`.
 [[nodiscard]] std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address,
-                                                  bool accept_empty = false, const Clock* clock = nullptr);
+                                                  const UdpTriggers& triggers = {});
 
 } // namespace obscura::sync

@@ -19,6 +19,11 @@ config::Keys UdpKind::keys() {
                 "0: its arrival). obscura trigger sends them"),
         config::key("accept_empty", &accept_empty)
             .help("udp: an empty datagram is a trigger too, at its arrival"),
+        config::key("max_rate_hz", &max_rate_hz)
+            .range(1, 100'000)
+            .help(
+                "udp: triggers beyond this rate are refused and counted, but for 8 that may follow each other at once: a "
+                "flood of datagrams does not reach the camera"),
     };
 }
 
@@ -32,8 +37,9 @@ void UdpKind::check(const TriggerLineSettings& /*line*/, const Refuse& refuse) c
 
 std::unique_ptr<TriggerSource> UdpKind::make(const TriggerLineSettings& line, const Clock& clock,
                                              const ThreadSettings& thread) const {
-    const auto open = [table = line.table(), address = listen, empty = accept_empty, &clock] {
-        return open_udp(table, address, empty, &clock);
+    const auto open = [table = line.table(), address = listen,
+                       triggers = UdpTriggers{accept_empty, max_rate_hz, &clock}] {
+        return open_udp(table, address, triggers);
     };
     return std::make_unique<EdgeTrigger>(edge_trigger_settings(line, thread), open, clock);
 }

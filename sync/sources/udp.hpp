@@ -2,6 +2,7 @@
 // Trigger source "udp": trigger datagrams.
 #pragma once
 
+#include "sync/inputs/udp_input.hpp"
 #include "sync/source_kind.hpp"
 
 #include <string>
@@ -15,6 +16,7 @@ public:
 
     std::string listen = "127.0.0.1:5002"; ///< IPv4 address and port
     bool accept_empty = false;             ///< an empty datagram is a trigger
+    double max_rate_hz = UdpTriggers{}.max_rate_hz;
 
     [[nodiscard]] config::Keys keys() override;
     void check(const TriggerLineSettings& line, const Refuse& refuse) const override;

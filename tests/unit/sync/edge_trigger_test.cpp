@@ -6,6 +6,7 @@
 #include "sync/inputs/gpio_input.hpp"
 #include "sync/inputs/pps_input.hpp"
 #include "sync/inputs/ptp_input.hpp"
+#include "sync/inputs/rate_limit.hpp"
 #include "sync/inputs/udp_input.hpp"
 #include "tests/support/catch.hpp"
 
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <deque>
 #include <functional>
@@ -246,12 +248,60 @@ TEST_CASE("a flood of other datagrams does not keep the thread of UDP triggers")
     CHECK(input->wait(ns_per_s, edges) == 1);
 }
 
+TEST_CASE("a flood of UDP triggers is taken at the highest rate, and the rest is counted") {
+    const UdpSender sender;
+    const auto input = open_udp("trigger", sender.address(), {.max_rate_hz = 1});
+    constexpr int sent = 40;
+    const MonotonicClock clock;
+    const Time begin = clock.now();
+    for (std::uint32_t i = 1; i <= sent; ++i) {
+        const auto message = encode({i, 0});
+        sender.send(message.data(), message.size());
+    }
+    std::array<Edge, 64> edges;
+    const int taken = input->wait(ns_per_s, edges);
+    // The burst, and one for each second that a busy machine took.
+    const auto seconds = static_cast<int>((clock.now() - begin) / ns_per_s);
+    CHECK(taken >= static_cast<int>(RateLimit::burst));
+    CHECK(taken <= static_cast<int>(RateLimit::burst) + seconds + 1);
+    CHECK(input->refused() == static_cast<std::uint64_t>(sent - taken));
+}
+
+TEST_CASE("datagrams for which the kernel has no room are counted") {
+    const UdpSender sender;
+    const auto input = open_udp("trigger", sender.address());
+    constexpr std::uint64_t sent = 20'000; // far more than a socket's buffer holds
+    for (std::uint64_t i = 0; i < sent; ++i)
+        sender.send("rubbish", 7);
+    std::array<Edge, 4> edges;
+    while (input->refused() < sent / 100)
+        CHECK(input->wait(ns_per_s, edges) == 0);
+    const auto message = encode({1, 0});
+    int taken = 0;
+    while (taken == 0) {
+        sender.send(message.data(), message.size());
+        taken = input->wait(ns_per_ms, edges);
+    }
+    CHECK(input->refused() >= sent);
+}
+
+TEST_CASE("a rate is limited with room for a burst") {
+    RateLimit limit(100);
+    const auto at = [](double s) { return Time{std::llround(s * 1e9)}; };
+    int allowed = 0;
+    for (int i = 0; i < 1000; ++i) // 1000 in a second
+        allowed += limit.allows(at(50 + 1e-3 * i)) ? 1 : 0;
+    CHECK(std::abs(allowed - (100 + static_cast<int>(RateLimit::burst))) <= 1);
+    for (int i = 0; i < 50; ++i) // below the rate
+        CHECK(limit.allows(at(60 + 0.011 * i)));
+}
+
 TEST_CASE("a stamp of a UDP trigger is read by the clock's TAI, or by CLOCK_TAI") {
     const UdpSender sender;
     MonotonicClock clock;
     // 37 s, but for a kernel that knows them: then 74 s, so that the two differ.
     clock.set_tai_correction({37 * ns_per_s, TaiSource::list});
-    const auto input = open_udp("trigger", sender.address(), false, &clock);
+    const auto input = open_udp("trigger", sender.address(), {.clock = &clock});
     std::array<Edge, 4> edges;
     const Time earlier{clock.now().ns - 100 * ns_per_ms};
     for (const std::int64_t tai_ns :
@@ -298,7 +348,7 @@ TEST_CASE("UDP triggers: an empty datagram is an edge only where it is accepted"
     const bool accepted = GENERATE(true, false);
     Collector sink;
     EdgeTrigger source(
-        {}, [&] { return open_udp("trigger", sender.address(), accepted); }, clock);
+        {}, [&] { return open_udp("trigger", sender.address(), {.accept_empty = accepted}); }, clock);
     source.start(sink);
     const Time begin = clock.now();
     sender.send("", 0);
