@@ -76,8 +76,8 @@ public:
     /// Thread-safe, real-time safe.
     virtual void notify(CameraEvent /*event*/, Time /*t*/, std::int64_t /*tai_offset_ns*/) noexcept {}
     [[nodiscard]] virtual TransportCounters counters() const noexcept = 0;
-    /// Whether it has a receiver at all times, so that a frame that it drops is a fault: a disk, not a client who may
-    /// not be there.
+    /// Whether it has a receiver at all times, so that a frame that it drops is a fault: a disk, not a client
+    /// who may not be there.
     [[nodiscard]] virtual bool delivers_all() const noexcept { return false; }
     /// Time that the last frame's data takes at the pace to which the settings limit the transport; 0: no
     /// limit. Thread-safe.

@@ -99,11 +99,13 @@ std::int64_t PacketService::tai_now() const {
 template<typename Source>
 void PacketService::send(const Source& source) {
     const std::vector<std::uint8_t> packet = writer_.write(source, tai_now());
-    // A receiver that is not there yet is no error: packets are numbered, and it sees what it has missed. That an earlier
-    // packet was refused is told by the next send(), which sends nothing: its packet goes now.
+    // A receiver that is not there yet is no error: packets are numbered, and it sees what it has missed.
+    // That an earlier packet was refused is told by the next send(), which sends nothing: its packet goes
+    // now.
     if (!sender_) return;
     for (int i = 0; i < 2; ++i)
-        if (::send(sender_.get(), packet.data(), packet.size(), MSG_NOSIGNAL) >= 0 || errno != ECONNREFUSED) return;
+        if (::send(sender_.get(), packet.data(), packet.size(), MSG_NOSIGNAL) >= 0 || errno != ECONNREFUSED)
+            return;
 }
 
 void PacketService::count_command(std::uint32_t PacketCounters::*counter) {

@@ -362,7 +362,8 @@ TEST_CASE("import ephemeris converts a big-endian kernel and refuses what is non
     const DafSegment rest{"REST", {0, 100}, {-900, 0, 1, 2}, {50, 50, 1, 2, 3, 0, 100, 5, 1}};
     const auto big = folder.write("big.bsp", daf_bytes("SPK", {rest}, true));
     const std::string out = (folder.path() / "little.bsp").string();
-    CHECK_THAT(run(folder, {"import", "ephemeris", big, "-o", out}), ContainsSubstring("bodies: 1;"));
+    CHECK_THAT(run(folder, {"import", "ephemeris", big, "-o", out}),
+               ContainsSubstring("bodies: 1, orientations: 0;"));
     CHECK(text_of(out).substr(88, 8) == "LTL-IEEE");
     const auto text = folder.write("text.txt", "no kernel");
     run(folder, {"import", "ephemeris", text, "-o", out}, 66);

@@ -54,10 +54,11 @@ TEST_CASE("an entry of the journal has fields, and no text makes fields or lines
               message_id("v4l2: DEVICE: WHY") + "\n");
     const std::string hostile =
         journal_entry(LogLevel::error, "stimulator x\nPRIORITY=0\x1b[31m: away", "stimulator DEVICE: WHY");
-    CHECK(hostile == "MESSAGE=stimulator x PRIORITY=0\\x1B[31m: away\nPRIORITY=3\nSYSLOG_IDENTIFIER=" + program +
-                         "\n"
-                         "OBSCURA_PART=stimulator\nMESSAGE_ID=" +
-                         message_id("stimulator DEVICE: WHY") + "\n");
+    CHECK(hostile ==
+          "MESSAGE=stimulator x PRIORITY=0\\x1B[31m: away\nPRIORITY=3\nSYSLOG_IDENTIFIER=" + program +
+              "\n"
+              "OBSCURA_PART=stimulator\nMESSAGE_ID=" +
+              message_id("stimulator DEVICE: WHY") + "\n");
 }
 
 TEST_CASE("an entry of the journal has the numbers of camera and frame") {

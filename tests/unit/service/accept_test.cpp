@@ -70,6 +70,7 @@ class WatchedBench {
 public:
     WatchedBench(std::size_t places, const IdleRules& idle) {
         limits_.clients = 1;
+        limits_.local_clients = 0;
         std::vector<Listener> listeners;
         listeners.push_back(Listener::unix_socket(server_.path()));
         auto server = std::make_unique<Server>(limits_, host_, std::move(listeners));

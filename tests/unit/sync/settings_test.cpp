@@ -182,7 +182,7 @@ TEST_CASE("mistakes in [trigger] are named with place and path of the key") {
          "c.toml:2:16: trigger.over_trigger: \"queue\" is not known, allowed count, ignore, latch"},
         {"[trigger]\n[trigger.line1]\nover_trigger = \"count\"\n",
          "c.toml:3:1: trigger.line1.over_trigger: unknown key, allowed source, rate_hz, phase_ms, line, "
-         "edge, device, channel, start, listen, accept_empty, debounce_us, divider, delay_us"},
+         "edge, device, channel, start, listen, accept_empty, max_rate_hz, debounce_us, divider, delay_us"},
         {"[trigger]\n[trigger.line4]\n", "c.toml:2:10: trigger.line4: unknown key, did you mean \"line1\"?"},
         {"[trigger]\nrate_hz = 20000\n",
          "c.toml:2:11: trigger.rate_hz: 20000 is out of range, allowed 0.001 to 10000 Hz"},
@@ -233,11 +233,11 @@ TEST_CASE("printed settings have all keys in their order, and the further lines 
     CHECK(without_comments(printed) ==
           "[camera.trigger]|source = \"timer\"|rate_hz = 10.0|phase_ms = 0.0|line = \"\"|edge = \"rising\"|"
           "device = \"\"|channel = 0|start = \"\"|listen = \"127.0.0.1:5002\"|"
-          "accept_empty = false|debounce_us = 0.0|divider = 1|"
+          "accept_empty = false|max_rate_hz = 1000.0|debounce_us = 0.0|divider = 1|"
           "delay_us = 0.0|over_trigger = \"count\"|"
           "[camera.trigger.line2]|source = \"gpio\"|rate_hz = 10.0|phase_ms = 0.0|line = \"GATE\"|"
           "edge = \"rising\"|device = \"\"|channel = 0|start = \"\"|listen = \"127.0.0.1:5002\"|"
-          "accept_empty = false|debounce_us = 0.0|divider = 1|delay_us = 0.0|");
+          "accept_empty = false|max_rate_hz = 1000.0|debounce_us = 0.0|divider = 1|delay_us = 0.0|");
     PtpSettings ptp;
     CHECK(without_comments(config::print_section(section_of(ptp), "")) ==
           "[ptp]|enabled = false|socket = \"/var/run/ptp4l\"|domain = 0|lock_us = 10.0|");

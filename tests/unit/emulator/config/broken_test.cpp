@@ -877,7 +877,7 @@ shape = "mesh"
      R"(s.toml:2:13: sun.direction: cannot stand beside "position_m")"},
     {"[sun]\nradius = 1\n", R"(s.toml:2:1: sun.radius: unknown key, did you mean "radius_m"?)"},
     {"[camera]\nboresight = [0, 0, 1]\nup = [0, 0, -2]\n",
-     R"(s.toml:2:13: camera.boresight: is parallel to "up")"},
+     R"(s.toml:2:13: camera.boresight: is parallel to "up", which leaves the rotation about it open; write another direction, for instance up = [1, 0, 0])"},
     {"[camera]\nlook_at_m = [0, 0, 0]\n", "s.toml:2:13: camera.look_at_m: is the camera's own position"},
     {"[camera]\nup = [0, 0, 1]\n", R"(s.toml:1:2: camera: "up" needs "boresight", "look_at_m" or "look_at")"},
     {"[camera]\nlook_at = \"asteroid\"\n[[body]]\nname = \"rock\"\nshape = \"ellipsoid\"\nradii_m = [1, 1, "

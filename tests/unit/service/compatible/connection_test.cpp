@@ -78,6 +78,7 @@ struct Bench {
     explicit Bench(const compatible::CompatibleLimits& door = {}, std::size_t clients = 16) {
         Limits limits;
         limits.clients = clients;
+        limits.local_clients = 0;
         auto server = std::make_unique<Server>(limits, native_, std::vector<Listener>());
         server->add({Listener::unix_socket(path()),
                      [this, door](FileDescriptor socket, std::function<void()> wake) {
