@@ -367,7 +367,9 @@ config::Section section_of(ControlSection& s) {
             .help(
                 "Folder below which the scene files stand that the call scene.show may name, beside the shipped ones; "
                 "empty: the folder of the scene file"),
-        key("clients", &s.clients).range(1, 1000).help("Clients at a time; further ones are refused"),
+        key("clients", &s.clients)
+            .range(1, 1000)
+            .help("Clients at a time, and two more over the Unix socket; further ones are refused"),
     };
     section.check = [&s](const config::ReadTable& table) {
         if (!s.listen.empty())
