@@ -318,10 +318,12 @@ int main(int argc, char* argv[]) {
     }
     try {
         return host::with_standard_output([&] { return run(options); });
-    } catch (const ReadingStopped&) {
-        log_notice("stopped while files were read");
-        return exit_ok;
     } catch (const Error& e) {
+        // What reads a file may say in words of its own that it was stopped.
+        if (stop_is_pending()) {
+            log_notice("stopped while files were read");
+            return exit_ok;
+        }
         print_message(e.what());
         return e.status();
     } catch (const std::bad_alloc&) {
