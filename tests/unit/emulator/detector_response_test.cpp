@@ -10,6 +10,7 @@
 #include "sensors/sensor_file.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
+#include "tests/support/linear_curve.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -22,19 +23,10 @@ namespace detector_response_test {
 using namespace obscura;
 using namespace obscura::renderer;
 using Catch::Matchers::WithinRel;
+using obscura::test::linear;
 using Curve = std::vector<SpectralPoint>;
 
 namespace {
-
-/// A curve that is linear between its points and constant outside, by another search than the code's.
-double linear(const Curve& c, double at) {
-    if (at <= c.front().wavelength_m) return c.front().value;
-    for (std::size_t i = 1; i < c.size(); ++i)
-        if (at <= c[i].wavelength_m)
-            return c[i - 1].value + (c[i].value - c[i - 1].value) * (at - c[i - 1].wavelength_m) /
-                                        (c[i].wavelength_m - c[i - 1].wavelength_m);
-    return c.back().value;
-}
 
 /// Electrons a second and m2 of a spectral irradiance, W m-2 per m: sum in steps of 0.02 nm.
 double electrons(const Curve& efficiency, const SpectralBand& band,

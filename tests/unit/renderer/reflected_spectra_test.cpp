@@ -9,6 +9,7 @@
 #include "renderer/shapes/ellipsoid.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/linear_curve.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -28,16 +29,6 @@ const Curve blue{{400e-9, 0.9}, {500e-9, 0.6}, {620e-9, 0.1}, {900e-9, 0.05}};
 const Curve green{{480e-9, 0.1}, {540e-9, 0.8}, {600e-9, 0.1}};
 const Curve hot{{400e-9, 0.01}, {700e-9, 0.3}, {900e-9, 1.0}};
 const Curve efficiency{{350e-9, 0.1}, {550e-9, 0.7}, {800e-9, 0.3}, {950e-9, 0.05}};
-
-/// A curve that is linear between its points and constant outside, by another search than the code's.
-double linear(const Curve& c, double at) {
-    if (at <= c.front().wavelength_m) return c.front().value;
-    for (std::size_t i = 1; i < c.size(); ++i)
-        if (at <= c[i].wavelength_m)
-            return c[i - 1].value + (c[i].value - c[i - 1].value) * (at - c[i - 1].wavelength_m) /
-                                        (c[i].wavelength_m - c[i - 1].wavelength_m);
-    return c.back().value;
-}
 
 /// Electrons of light that all these curves reflect over those without: sum in steps of 0.02 nm. No `source`:
 /// the Sun.
