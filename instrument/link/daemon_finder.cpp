@@ -2,6 +2,7 @@
 #include "instrument/link/daemon_finder.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "host/monitor_client.hpp"
 #include "instrument/link/camera_link.hpp"
 
@@ -34,8 +35,7 @@ std::string find_calls(const std::string& socket) {
     } catch (const nlohmann::json::exception& error) {
         throw not_found(fmt::format("the daemon's answer is not as expected: {}", error.what()));
     } catch (const Error& error) { // none, or several
-        std::error_code ignored;
-        if (socket.empty() && std::filesystem::exists(service_calls, ignored)) return service_calls;
+        if (socket.empty() && path_exists(service_calls)) return service_calls;
         throw not_found(error.what());
     }
 }

@@ -100,8 +100,7 @@ template<typename Source>
 void PacketService::send(const Source& source) {
     const std::vector<std::uint8_t> packet = writer_.write(source, tai_now());
     // A receiver that is not there yet is no error: packets are numbered, and it sees what it has missed.
-    // That an earlier packet was refused is told by the next send(), which sends nothing: its packet goes
-    // now.
+    // send() reports that an earlier packet was refused, and sends nothing then: the packet is sent again.
     if (!sender_) return;
     for (int i = 0; i < 2; ++i)
         if (::send(sender_.get(), packet.data(), packet.size(), MSG_NOSIGNAL) >= 0 || errno != ECONNREFUSED)
