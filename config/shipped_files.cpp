@@ -54,9 +54,8 @@ std::vector<fs::path> shipped_files(const ShippedFolder& folder) {
 
 std::optional<fs::path> find_shipped(const ShippedFolder& folder, std::string_view name) {
     if (!is_name(folder, name)) return std::nullopt;
-    std::error_code error;
     const fs::path file = shipped_data_folder() / folder.name / fmt::format("{}{}", name, folder.ending);
-    if (!fs::is_regular_file(file, error)) return std::nullopt;
+    if (!is_file_at(file)) return std::nullopt;
     return file;
 }
 
@@ -79,8 +78,7 @@ std::string explain_missing(std::initializer_list<ShippedFolder> folders, std::s
 }
 
 fs::path file_or_shipped(const ShippedFolder& folder, const std::string& name) {
-    std::error_code error;
-    if (fs::is_regular_file(name, error) || !is_name(folder, name)) return name;
+    if (is_file_at(name) || !is_name(folder, name)) return name;
     if (const auto file = find_shipped(folder, name)) return *file;
     throw InputError(fmt::format("{}: {}", printable(name), explain_missing({folder}, name)));
 }

@@ -4,6 +4,7 @@
 #include "config/section.hpp"
 #include "core/error.hpp"
 #include "core/io/path_below.hpp"
+#include "core/io/path_state.hpp"
 #include "core/text/printable.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "service/failure.hpp"
@@ -166,8 +167,7 @@ std::filesystem::path SceneCalls::file(const config::ShippedFolder& folder, cons
     if (auto shipped = config::find_shipped(folder, name)) return *shipped;
     std::filesystem::path file = root_ / name;
     check_file(file, name);
-    std::error_code error;
-    if (!std::filesystem::exists(file, error))
+    if (!path_exists(file))
         throw InputError(fmt::format("\"{}\": {}", printable(name), config::explain_missing({folder}, name)));
     return file;
 }

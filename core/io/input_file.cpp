@@ -2,6 +2,7 @@
 #include "core/io/input_file.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 
 #include <fmt/format.h>
 
@@ -61,8 +62,7 @@ InputFile open_input(const std::filesystem::path& file) {
 }
 
 bool is_plain_fits(const std::filesystem::path& file) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) return false;
+    if (!is_file_at(file)) return false;
     constexpr std::string_view start = "SIMPLE  =";
     note_input(file);
     std::array<char, start.size()> bytes{};

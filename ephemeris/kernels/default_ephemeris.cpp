@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ephemeris/kernels/default_ephemeris.hpp"
 
+#include "core/io/path_state.hpp"
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -52,9 +54,8 @@ std::vector<std::filesystem::path> default_ephemeris_places() {
 }
 
 std::optional<std::filesystem::path> find_default_ephemeris() {
-    std::error_code error;
     for (const std::filesystem::path& place : default_ephemeris_places())
-        if (std::filesystem::is_regular_file(place, error)) return place;
+        if (is_file_at(place)) return place;
     return std::nullopt;
 }
 

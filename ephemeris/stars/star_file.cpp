@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/io/file_bytes.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/path_state.hpp"
 #include "core/units.hpp"
 #include "ephemeris/stars/star_file_layout.hpp"
 
@@ -56,8 +57,7 @@ StarFile::StarFile(std::span<const std::byte> bytes, const std::string& name) {
 }
 
 bool StarFile::is_one(const std::filesystem::path& file) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) return false;
+    if (!is_file_at(file)) return false;
     const InputFile in(std::fopen(file.c_str(), "rbe"));
     std::array<char, magic.size()> start{};
     return in && std::fread(start.data(), 1, start.size(), in.get()) == start.size() &&

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/path_state.hpp"
 #include "core/io/stop_reading.hpp"
 #include "core/text/printable.hpp"
 #include "core/text/text.hpp"
@@ -315,9 +316,7 @@ struct Descriptor {
     if (getppid() != parent) _exit(1);
     limit(RLIMIT_CORE, 0);
     // assimp reads about 5 MB of text a second; damaged PLY files keep it busy without end.
-    std::error_code unknown;
-    const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
-    limit(RLIMIT_CPU, min_cpu_s + (unknown ? 0 : static_cast<rlim_t>(bytes >> 18)));
+    limit(RLIMIT_CPU, min_cpu_s + static_cast<rlim_t>(file_bytes_at(file) >> 18));
 #ifndef OBSCURA_SANITIZED
     limit(RLIMIT_DATA, rlim_t{8} << 30);
 #endif
@@ -371,8 +370,7 @@ int wait_for_child(pid_t child) {
 } // namespace
 
 TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_per_unit, bool normals) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error))
+    if (!is_file_at(file))
         throw InputError(fmt::format("{}: cannot open: a readable mesh file is wanted", file.string()));
     const Descriptor memory(memfd_create("mesh", MFD_CLOEXEC));
     if (memory.fd < 0)

@@ -3,6 +3,7 @@
 
 #include "core/camera/pixel_pitch.hpp"
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/materials/file_materials.hpp"
 #include "renderer/materials/registry.hpp"
@@ -70,8 +71,7 @@ std::filesystem::path find_texture(const std::filesystem::path& mesh, const std:
     const std::filesystem::path folder = mesh.parent_path();
     const std::filesystem::path name = std::filesystem::path(path).filename();
     for (const std::filesystem::path& at : {folder / path, folder / name, folder / "textures" / name}) {
-        std::error_code error;
-        if (std::filesystem::is_regular_file(at, error)) return at;
+        if (is_file_at(at)) return at;
     }
     return folder / path;
 }

@@ -33,8 +33,7 @@ struct ObtFile::Caches {
 };
 
 bool ObtFile::is_one(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return false;
+    if (!is_file_at(file)) return false;
     const FileDescriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
     std::array<char, magic.size()> first{};
     return fd && ::pread(fd.get(), first.data(), first.size(), 0) == static_cast<ssize_t>(first.size()) &&

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/geometry.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/path_state.hpp"
 #include "core/units.hpp"
 
 #include <fmt/format.h>
@@ -110,8 +111,7 @@ void set_offset(StarPair& pair, const ListedStar& from, const ListedStar& to, bo
 } // namespace
 
 bool is_star_list(const std::filesystem::path& file) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) return false;
+    if (!is_file_at(file)) return false;
     std::ifstream in(file, std::ios::binary);
     std::array<char, 4096> start{};
     in.read(start.data(), start.size());

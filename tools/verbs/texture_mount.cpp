@@ -238,9 +238,7 @@ public:
     int run() override {
 #if OBSCURA_HAS_FUSE
         MountedTexture texture(file_);
-        std::error_code error;
-        if (!std::filesystem::is_directory(folder_, error))
-            throw InputError(fmt::format("{}: is no folder", folder_));
+        if (!is_folder_at(folder_)) throw InputError(fmt::format("{}: is no folder", folder_));
         serve(texture, absolute_path(folder_).string());
         return exit_ok;
 #else

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
+#include "core/io/path_state.hpp"
 #include "core/units.hpp"
 #include "tools/import/map/pds4_label.hpp"
 
@@ -33,9 +34,7 @@ std::optional<images::PdsLabel> label_of(const std::filesystem::path& file) {
     for (const char* extension : {".lbl", ".LBL", ".Lbl"}) {
         std::filesystem::path beside = file;
         beside.replace_extension(extension);
-        std::error_code error;
-        if (std::filesystem::is_regular_file(beside, error) && begins_as_pds3(beside))
-            return images::PdsLabel(beside);
+        if (is_file_at(beside) && begins_as_pds3(beside)) return images::PdsLabel(beside);
     }
     return std::nullopt;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/user_sets.hpp"
 
+#include "core/io/path_state.hpp"
 #include "core/io/temporary_name.hpp"
 #include "core/realtime/log.hpp"
 #include "transports/gige/device/accessors.hpp"
@@ -110,8 +111,7 @@ bool write_state_file(DeviceContext& d) {
     if (file.empty()) return true;
     if (!d.state_file_usable) return false;
     DeviceState state{d.bank.text(reg::user_name), stored(d, "UserSetDefault"), d.user_set_1};
-    std::error_code error;
-    if (state == d.state_in_file && std::filesystem::exists(file, error)) return true;
+    if (state == d.state_in_file && path_exists(file)) return true;
     if (d.before_disk) d.before_disk();
     const std::string why = write_state(file, state);
     if (!why.empty()) log_warning("gige.state_file: {}: {}", file, why);
