@@ -53,6 +53,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
       offset_dn_(sensor.detector.offset_dn),
       settings_(settings),
       band_count_(renderer.band_count()),
+      reserve_ns_(settings_.reserve_ns),
       run_(settings.run),
       histogram_(sensor.detector.adc_bits) {
     // Plan once in full size, so that later plans need no allocation.

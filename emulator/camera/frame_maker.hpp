@@ -114,6 +114,10 @@ public:
     /// rendered, that of the frame `next`, if any, begins (FrameMakerSettings::enter_render).
     bool fill(Frame& frame, RowSink* sink = nullptr, const std::atomic<bool>* cancel = nullptr,
               FrameWork* work = nullptr, const ExpectedFrame* next = nullptr);
+    /// Before the first frame, of one that adapts: what a frame takes at full quality on this machine, and by
+    /// how much earlier than the detector needs it light is to be there.
+    void set_render_speed(std::int64_t frame_ns, std::int64_t reserve_ns) noexcept;
+    [[nodiscard]] std::int64_t reserve_ns() const noexcept { return reserve_ns_; }
     /// Begins to render the frame that is expected next. Its frame is made with that light if it turns out as
     /// expected in all that the light depends on, its rows within the tolerance.
     void render_ahead(const ExpectedFrame& expected) noexcept;
@@ -236,6 +240,7 @@ private:
     std::vector<QualityLevel> fixed_levels_;
     KeptFrames kept_;                               ///< see keep_frames()
     Time last_edge_;                                ///< of the frame prepared before; 0: none
+    std::int64_t reserve_ns_;                       ///< see FrameMakerSettings::reserve_ns
     std::atomic<std::int64_t> detector_rows_ns_{0}; ///< time that the detector needs for rows_at_a_time
     std::atomic<std::uint64_t> degraded_{0}, failed_{0};
     std::array<std::atomic<std::uint64_t>, quality_level_count> worst_{};

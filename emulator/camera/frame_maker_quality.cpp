@@ -14,6 +14,11 @@ void FrameMaker::note_lod_deficit(FrameQuality& quality, const renderer::RenderW
     lod_tiles_.fetch_add(quality.tiles_missing, std::memory_order_relaxed);
 }
 
+void FrameMaker::set_render_speed(std::int64_t frame_ns, std::int64_t reserve_ns) noexcept {
+    reserve_ns_ = reserve_ns;
+    if (render_thread_ != nullptr) render_thread_->expect_frame_time(frame_ns, readout_.height);
+}
+
 /// Before the last rows are posted to the detector.
 void FrameMaker::finish_quality(Frame& frame, bool by_level) noexcept {
     FrameQuality& quality = frame.info.quality;

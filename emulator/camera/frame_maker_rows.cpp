@@ -52,8 +52,7 @@ void FrameMaker::describe_light(const FrameOrder& order, const sensors::ReadoutP
 void FrameMaker::set_due(const sensors::ReadoutPlan& plan, FrameLight& light) const noexcept {
     light.due.clear();
     if (!light.adapts) return;
-    const std::int64_t early_ns =
-        detector_rows_ns_.load(std::memory_order_relaxed) * 3 / 2 + settings_.reserve_ns;
+    const std::int64_t early_ns = detector_rows_ns_.load(std::memory_order_relaxed) * 3 / 2 + reserve_ns_;
     for (const RowBlock& block : light.blocks)
         light.due.push_back(plan.release[static_cast<std::size_t>(block.first_row)] - early_ns);
 }

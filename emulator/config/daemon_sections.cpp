@@ -180,7 +180,10 @@ config::Section section_of(DeadlineSection& s) {
         key("reserve_us", &s.reserve_us)
             .unit("us")
             .range(0, 1e6)
-            .help("With quality \"adapt\": rows are rendered so much earlier than the detector needs them"),
+            .help(
+                "With quality \"adapt\": rows are rendered so much earlier than the detector needs them, at least. "
+                "The daemon measures at its start what a frame takes on this machine and keeps an eighth of that, "
+                "a tenth of the period at most"),
     };
     return section;
 }

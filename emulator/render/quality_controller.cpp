@@ -65,6 +65,13 @@ double QualityController::cost_ns(QualityLevel level, std::int32_t first,
     return lit * level_ns_[static_cast<std::size_t>(level)];
 }
 
+void QualityController::expect_frame_time(std::int64_t frame_ns, std::int32_t groups) noexcept {
+    level_ns_ = relative_cost;
+    for (double& ns : level_ns_)
+        ns *= std::max(1.0, static_cast<double>(frame_ns)) / groups;
+    known_ = true;
+}
+
 void QualityController::learn(QualityLevel level, std::int32_t first, std::int32_t groups,
                               std::int64_t elapsed_ns, bool stall) noexcept {
     const auto own = static_cast<std::size_t>(level);

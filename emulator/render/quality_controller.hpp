@@ -64,6 +64,8 @@ public:
         Time begin, end;
         bool complete = false; ///< false: the frame was cancelled
     };
+    /// Before the first frame: what a frame of so many groups takes at full quality on this machine.
+    void expect_frame_time(std::int64_t frame_ns, std::int32_t groups) noexcept;
     /// Renders a frame.
     Outcome run(LevelWork& work, const Frame& frame) noexcept;
     /// Expected time of groups at a level, by the elapsed time; 0: nothing is known.

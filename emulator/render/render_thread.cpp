@@ -74,6 +74,11 @@ RenderThread::~RenderThread() {
     thread_.join();
 }
 
+void RenderThread::expect_frame_time(std::int64_t frame_ns, std::int32_t height) noexcept {
+    const std::int32_t group_rows = FrameQuality::group_rows_for(height);
+    controller_.expect_frame_time(frame_ns, (height + group_rows - 1) / group_rows);
+}
+
 void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance, Time not_before) noexcept {
     discard();
     const bool at_once = not_before <= clock_.now();

@@ -54,6 +54,9 @@ public:
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
 
+    /// Before the first frame: what a frame of `height` rows takes at full quality on this machine.
+    void expect_frame_time(std::int64_t frame_ns, std::int32_t height) noexcept;
+
     /// Lamps of a scene whose poses or edges are only predicted.
     static constexpr std::size_t max_lamps = 16;
 

@@ -3,8 +3,10 @@
 
 #include "core/error.hpp"
 #include "core/io/random_bytes.hpp"
+#include "core/realtime/log.hpp"
 #include "emulator/camera/releaser.hpp"
 #include "emulator/render/render_rest.hpp"
+#include "emulator/unit/render_speed.hpp"
 #include "renderer/lights/detector_response.hpp"
 #include "sync/settings.hpp"
 #include "sync/sources/gpio.hpp"
@@ -154,24 +156,49 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
     sensor_columns_ = config.sensor.readout.width;
     sensor_rows_ = config.sensor.readout.height;
+    adapts_ = adapts;
+    min_reserve_ns_ = std::llround(1e3 * config.deadline.reserve_us);
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);
     pool = std::make_unique<FramePool>(
         pool_frames, rows * static_cast<std::size_t>(config.sensor.readout.width), rows, truth);
 }
 
-bool Imaging::load_tiles(const renderer::Renderer& of, const std::function<bool(double)>& go_on) const {
+std::vector<RowTime> Imaging::first_rows(std::int64_t exposure_ns) const {
     SceneClock scene(camera.scene);
     const Time now = clock.now();
     scene.begin(now);
     const SceneClock::Instant first = scene.at({.edge = now, .tai_offset_ns = clock.tai_offset_ns()});
     const Time shown = first.shown.at(first.planned);
-    const std::vector<RowTime> rows(static_cast<std::size_t>(sensor_rows_), RowTime{shown, shown});
+    return std::vector<RowTime>(static_cast<std::size_t>(sensor_rows_), RowTime{shown, shown + exposure_ns});
+}
+
+renderer::RenderRequest Imaging::whole_sensor(std::span<const RowTime> rows) const {
     renderer::RenderRequest request;
     request.window = {0, 0, sensor_columns_, sensor_rows_};
     request.rows = sensor_rows_;
     request.row_times = rows;
     request.frame_id = 1;
-    return of.load_tiles(request, go_on);
+    return request;
+}
+
+bool Imaging::load_tiles(const renderer::Renderer& of, const std::function<bool(double)>& go_on) const {
+    const std::vector<RowTime> rows = first_rows(0);
+    return of.load_tiles(whole_sensor(rows), go_on);
+}
+
+bool Imaging::measure_speed(const std::function<bool(double)>& go_on) {
+    if (!adapts_) return true;
+    const std::vector<RowTime> rows = first_rows(camera.initial.exposure_ns);
+    renderer::RenderRequest request = whole_sensor(rows);
+    request.common_mid = renderer::common_mid(rows);
+    const std::optional<std::int64_t> frame_ns = frame_time_ns(*renderer, request, clock, go_on);
+    if (!frame_ns) return false;
+    const std::int64_t period_ns = std::llround(static_cast<double>(ns_per_s) / camera.trigger_rate.hz());
+    const std::int64_t reserve_ns = reserve_for(*frame_ns, period_ns, min_reserve_ns_);
+    maker->set_render_speed(*frame_ns, reserve_ns);
+    log_info("rendering: a frame takes {:.1f} ms at full quality, {:.1f} ms are kept in reserve",
+             to_seconds(*frame_ns) * 1e3, to_seconds(reserve_ns) * 1e3);
+    return true;
 }
 
 void Imaging::catch_up(std::uint64_t first, const LevelsOf& levels) {

@@ -49,6 +49,10 @@ struct Imaging {
     /// acquisition shows that began now. See renderer::Renderer::load_tiles().
     bool load_tiles(const renderer::Renderer& of, const std::function<bool(double)>& go_on) const;
 
+    /// Measures how fast this machine renders the first frame of a camera that adapts, and chooses its
+    /// reserve by it. False: `go_on` ended it.
+    bool measure_speed(const std::function<bool(double)>& go_on);
+
     MonotonicClock clock;
     CameraConfig camera;
     SceneClock nominal_scene{{}}; ///< of nominal_order()
@@ -59,7 +63,14 @@ struct Imaging {
     std::unique_ptr<FramePool> pool;
 
 private:
+    /// Rows of the whole sensor at the time that the first frame of an acquisition shows that began now, with
+    /// an exposure.
+    [[nodiscard]] std::vector<RowTime> first_rows(std::int64_t exposure_ns) const;
+    [[nodiscard]] renderer::RenderRequest whole_sensor(std::span<const RowTime> rows) const;
+
     std::int32_t sensor_columns_ = 0, sensor_rows_ = 0;
+    bool adapts_ = false;
+    std::int64_t min_reserve_ns_ = 0;
 };
 
 /// Settings of the configuration that decide what a frame costs, for the timing file.

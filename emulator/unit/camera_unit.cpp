@@ -125,7 +125,7 @@ bool CameraUnit::load_tiles(const std::function<bool(double)>& go_on) {
     if (const std::uint64_t made = renderer.tiles_made() - before; made > 0)
         log_info("tiles: {} made for the first frame in {:.1f} s", made,
                  to_seconds(imaging_->clock.now() - began));
-    return true;
+    return imaging_->measure_speed(go_on);
 }
 
 void CameraUnit::start() {

@@ -54,7 +54,8 @@ public:
     CameraUnit(const CameraUnit&) = delete;
     CameraUnit& operator=(const CameraUnit&) = delete;
 
-    /// Makes the tiles of terrains that the first frame needs, before start(). `go_on` is called several
+    /// Makes the tiles of terrains that the first frame needs and measures how fast it is rendered, before
+    /// start(). `go_on` is called several
     /// times a second with the share that is done; false ends it. Returns whether it is done. Throws Error.
     bool load_tiles(const std::function<bool(double)>& go_on);
     /// Starts the transports. Throws Error; stop() then stops those that have started.

@@ -2,6 +2,7 @@
 // Frame pipelines made from configurations, and mistakes in scenes that are found when they are built.
 #include "core/error.hpp"
 #include "emulator/unit/assemble.hpp"
+#include "emulator/unit/render_speed.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -47,6 +48,35 @@ TEST_CASE("mistakes found when a scene is built name their position in its file"
     CHECK_THAT(complaint("[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.1\n"
                          "[[body]]\nshape = \"mesh\"\nfile = \"bad.obj\"\nalbedo = 0.1\n"),
                StartsWith(place + "scene.toml:5:1: " + place + "bad.obj:1: "));
+}
+
+TEST_CASE("the reserve is an eighth of a frame, within a tenth of the period and what is configured") {
+    using emulator::reserve_for;
+    CHECK(reserve_for(64'000'000, 100'000'000, 1'000'000) == 8'000'000);
+    CHECK(reserve_for(124'000'000, 100'000'000, 1'000'000) == 10'000'000);
+    CHECK(reserve_for(2'000'000, 100'000'000, 1'000'000) == 1'000'000);
+    CHECK(reserve_for(64'000'000, 0, 0) == 8'000'000);
+}
+
+TEST_CASE("a camera that adapts measures how fast this machine renders before it starts") {
+    const test::TempFolder folder;
+    folder.write("scene.toml", "[camera]\nfocal_length_mm = 50\naperture_mm = 25\n"
+                               "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.1\n"
+                               "position_m = [0, 0, 20]\n");
+    const auto reserve_ns = [&](const std::string& quality, bool go_on) {
+        const auto file = folder.write("c.toml", "[scene]\nfile = \"scene.toml\"\n[trigger]\nrate_hz = 2\n"
+                                                 "[deadline]\nreserve_us = 0\nquality = \"" +
+                                                     quality + "\"\n");
+        emulator::Imaging imaging(emulator::load_config(file), 2, {}, {}, emulator::RenderAhead::automatic,
+                                  true);
+        CHECK(imaging.measure_speed([&](double) { return go_on; }) == (go_on || quality == "hold"));
+        return imaging.maker->reserve_ns();
+    };
+    CHECK(reserve_ns("hold", true) == 0);
+    CHECK(reserve_ns("adapt", false) == 0);
+    const std::int64_t measured_ns = reserve_ns("adapt", true);
+    CHECK(measured_ns > 0);
+    CHECK(measured_ns <= 50'000'000); // a tenth of half a second
 }
 
 TEST_CASE("the run word is the configured one or a new one each time") {

@@ -31,6 +31,21 @@ TEST_CASE("rows are in time under drifting loads and stalls") {
     CHECK(full > frames / 10);
 }
 
+TEST_CASE("with the frame time of the machine the first frame is in time and as good as there is time for") {
+    // The simulation, not the controller, says what a frame costs: half of the period, and six of them.
+    for (const double full_ns : {50e6, 600e6}) {
+        CAPTURE(full_ns);
+        QualityController controller;
+        controller.expect_frame_time(static_cast<std::int64_t>(full_ns), simulated_groups);
+        SimulatedFrame frame(0, Time{0});
+        frame.full_ns = full_ns;
+        const auto outcome = controller.run(frame, simulated_frame);
+        CHECK((outcome.reasons & quality_unknown_scene) == 0);
+        CHECK(frame.late == 0);
+        CHECK(frame.is_full() == (full_ns < 100e6));
+    }
+}
+
 TEST_CASE("costs of levels and of parts of the frame are learnt, also after a busy time") {
     QualityController controller;
     Time free{0};

@@ -387,6 +387,19 @@ TEST_CASE("the shipped configuration and scene load") {
     CHECK_THAT(config.scene.stars[0].declination_rad / degree, WithinAbs(-16.71612, 1e-4));
 }
 
+TEST_CASE("shipped configurations that render in a real-time class give away quality, not time") {
+    int in_real_time = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(OBSCURA_SOURCE_DIR "/config")) {
+        if (entry.path().extension() != ".toml") continue;
+        CAPTURE(entry.path().string());
+        const auto config = emulator::load_config(entry.path());
+        if (config.threads.render_class == emulator::RenderClass::other) continue;
+        ++in_real_time;
+        CHECK(config.deadline.quality == emulator::QualityPolicy::adapt);
+    }
+    CHECK(in_real_time == 2);
+}
+
 TEST_CASE("the shipped configuration for 10 Hz loads") {
     const auto config = emulator::load_config(OBSCURA_SOURCE_DIR "/config/realtime.toml");
     CHECK(config.trigger.lines[0].rate_hz == 10);
