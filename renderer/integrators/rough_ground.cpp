@@ -2,7 +2,7 @@
 #include "renderer/integrators/rough_ground.hpp"
 
 #include "renderer/integrators/tracer.hpp"
-#include "renderer/packets/vector_functions.hpp"
+#include "core/math/vector_functions.hpp"
 
 namespace obscura::renderer {
 namespace {

@@ -2,7 +2,7 @@
 #include "renderer/materials/hapke.hpp"
 
 #include "core/units.hpp"
-#include "renderer/packets/vector_functions.hpp"
+#include "core/math/vector_functions.hpp"
 
 #include <cmath>
 #include <numbers>

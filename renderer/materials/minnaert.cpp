@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/minnaert.hpp"
 
-#include "renderer/packets/vector_functions.hpp"
+#include "core/math/vector_functions.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 #include "renderer/materials/phong.hpp"
 
 #include "renderer/materials/hemisphere.hpp"
-#include "renderer/packets/vector_functions.hpp"
+#include "core/math/vector_functions.hpp"
 
 #include <fmt/format.h>
 

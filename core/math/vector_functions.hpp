@@ -7,7 +7,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace obscura::renderer {
+namespace obscura {
 
 /// e^x within 3 ulp for -700 < x < 700; outside, the value at the nearer end.
 inline double vector_exp(double x) {
@@ -120,4 +120,4 @@ inline double vector_acos(double x) {
     return x < 0 ? pi - acos_a : acos_a;
 }
 
-} // namespace obscura::renderer
+} // namespace obscura

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "models/model/entry_points.hpp"
+
+#include "core/text/suggestion.hpp"
+#include "models/model/model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace obscura::models {
+namespace {
+
+EntryPoint brdf() {
+    return {
+        "brdf",
+        Type::vec4,
+        {{Type::vec3, "i"},
+         {Type::vec3, "e"},
+         {Type::vec3, "n"},
+         {Type::vec4, "diffuse"},
+         {Type::vec4, "specular"},
+         {Type::scalar, "shininess"},
+         {Type::scalar, "t"},
+         {Type::scalar, "duration"},
+         {Type::vec3, "uv"},
+         {Type::scalar, "lod_bias"}},
+        {6, 8, 10},
+        true,
+        "BRDF times the cosine of incidence, 1/sr, in each channel; i: to the light, e: to the camera, n: "
+        "normal, all of unit length"};
+}
+
+EntryPoint emission() {
+    return {"emission",
+            Type::vec4,
+            {{Type::vec3, "e"},
+             {Type::vec3, "n"},
+             {Type::vec4, "emission"},
+             {Type::vec4, "diffuse"},
+             {Type::vec4, "specular"},
+             {Type::scalar, "shininess"},
+             {Type::scalar, "t"},
+             {Type::scalar, "duration"},
+             {Type::vec2, "uv"},
+             {Type::scalar, "lod_bias"}},
+            {6, 8, 10},
+            false,
+            "Radiance that the surface emits, W m-2 sr-1, in each channel"};
+}
+
+std::string signature(const EntryPoint& entry) {
+    std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
+    for (std::size_t i = 0; i < entry.arguments.size(); ++i) {
+        const bool opens = i > 0 && std::find(entry.stops.begin(), entry.stops.end(), i) != entry.stops.end();
+        text += fmt::format("{}{}{} {}", opens ? " [" : "", i == 0 ? "" : ", ",
+                            name_of(entry.arguments[i].type), entry.arguments[i].name);
+    }
+    text.append(static_cast<std::size_t>(entry.stops.size() - 1), ']');
+    return text + ")";
+}
+
+} // namespace
+
+const std::vector<ModelKind>& model_kinds() {
+    static const std::vector<ModelKind> kinds{
+        {"material",
+         ".brdf",
+         "Scattering law of a surface.",
+         {brdf(), emission()},
+         {{"lookup3DLOD", {Type::texture, Type::vec3, Type::scalar}, Type::vec4}}},
+    };
+    return kinds;
+}
+
+const ModelKind* kind_of(const Model& model) {
+    for (const ModelKind& kind : model_kinds())
+        if (std::string_view(model.name()).ends_with(kind.ending)) return &kind;
+    return nullptr;
+}
+
+void check_entry_points(const Model& model, Findings& findings) {
+    const ModelKind* const kind = kind_of(model);
+    if (kind == nullptr) {
+        std::vector<std::string_view> endings;
+        for (const ModelKind& k : model_kinds())
+            endings.push_back(k.ending);
+        findings.error({}, fmt::format("the ending of the file's name says no kind of model: allowed are {}",
+                                       fmt::join(endings, ", ")));
+        return;
+    }
+    for (const EntryPoint& entry : kind->entry_points) {
+        const Function* const f = model.function(entry.name);
+        if (f == nullptr) {
+            // A text that cannot be read may have the function.
+            if (entry.required && !findings.has_errors())
+                findings.error({}, fmt::format("the function {} is missing", signature(entry)));
+            continue;
+        }
+        bool fits = f->type == entry.type && std::find(entry.stops.begin(), entry.stops.end(),
+                                                       f->arguments.size()) != entry.stops.end();
+        for (std::size_t i = 0; fits && i < f->arguments.size(); ++i)
+            fits = f->arguments[i].type == entry.arguments[i].type;
+        if (!fits) findings.error(f->at, fmt::format("'{}' must be {}", f->name, signature(entry)));
+    }
+}
+
+std::optional<Value> look_up_stand_in(const Model& model, std::string_view name,
+                                      const std::vector<Value>& arguments, std::string& why,
+                                      const std::function<Value(Type)>& placed) {
+    const ModelKind* const kind = kind_of(model);
+    if (kind == nullptr) return {};
+    for (const LookUpFunction& f : kind->look_ups) {
+        if (f.name != name) continue;
+        bool fits = arguments.size() == f.arguments.size();
+        for (std::size_t i = 0; fits && i < arguments.size(); ++i)
+            fits = arguments[i].type == f.arguments[i];
+        if (fits) return placed(f.type);
+        std::vector<std::string_view> types;
+        for (const Type type : f.arguments)
+            types.push_back(name_of(type));
+        why = fmt::format("{}() takes {}", name, fmt::join(types, ", "));
+        return {};
+    }
+    return {};
+}
+
+} // namespace obscura::models

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "models/program/program.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace obscura::models {
+namespace {
+
+constexpr std::size_t at(NodeId id) {
+    return static_cast<std::size_t>(id);
+}
+
+/// Nodes that `outputs` depend on.
+std::vector<bool> needed_nodes(const Graph& graph, std::span<const NodeId> outputs) {
+    std::vector<bool> needed(graph.nodes().size(), false);
+    for (const NodeId id : outputs)
+        needed[at(id)] = true;
+    for (std::size_t i = needed.size(); i-- > 0;)
+        if (needed[i])
+            for (const NodeId operand : graph.nodes()[i].operands)
+                if (operand >= 0) needed[at(operand)] = true;
+    return needed;
+}
+
+/// Slots by last use: a slot is free for the result of the instruction that reads it last.
+class SlotAllocator {
+public:
+    std::int32_t take() {
+        if (free_.empty()) return count_++;
+        const std::int32_t slot = free_.back();
+        free_.pop_back();
+        return slot;
+    }
+    void give_back(std::int32_t slot) { free_.push_back(slot); }
+    [[nodiscard]] std::int32_t count() const { return count_; }
+
+private:
+    std::vector<std::int32_t> free_;
+    std::int32_t count_ = 0;
+};
+
+} // namespace
+
+Program::Program(const Graph& graph, std::span<const NodeId> outputs) {
+    const std::vector<Node>& nodes = graph.nodes();
+    const std::vector<bool> needed = needed_nodes(graph, outputs);
+    std::vector<std::size_t> last_use(nodes.size(), 0);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        if (needed[i])
+            for (const NodeId operand : nodes[i].operands)
+                if (operand >= 0) last_use[at(operand)] = i;
+    for (const NodeId id : outputs)
+        last_use[at(id)] = nodes.size();
+
+    SlotAllocator slots;
+    std::vector<Operand> places(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (!needed[i]) continue;
+        const Node& node = nodes[i];
+        if (node.operation == Operation::input) {
+            places[i] = {Operand::Kind::input, node.index};
+            continue;
+        }
+        const bool varies = std::any_of(node.operands.begin(), node.operands.end(), [&](NodeId operand) {
+            return operand >= 0 && places[at(operand)].kind != Operand::Kind::uniform;
+        });
+        if (!varies) {
+            Node copy = node;
+            for (NodeId& operand : copy.operands)
+                if (operand >= 0) operand = places[at(operand)].index;
+            places[i] = {Operand::Kind::uniform, static_cast<std::int32_t>(uniform_nodes_.size())};
+            uniform_nodes_.push_back(copy);
+            continue;
+        }
+        Instruction instruction;
+        instruction.operation = node.operation;
+        for (std::size_t k = 0; k < node.operands.size(); ++k) {
+            if (node.operands[k] < 0) continue;
+            const std::size_t operand = at(node.operands[k]);
+            instruction.operands[k] = places[operand];
+            const bool repeated = std::find(node.operands.begin(), node.operands.begin() + k,
+                                            node.operands[k]) != node.operands.begin() + k;
+            if (places[operand].kind == Operand::Kind::slot && last_use[operand] == i && !repeated)
+                slots.give_back(places[operand].index);
+        }
+        instruction.slot = slots.take();
+        places[i] = {Operand::Kind::slot, instruction.slot};
+        instructions_.push_back(instruction);
+    }
+    slots_ = slots.count();
+    if (static_cast<std::size_t>(slots_) > max_slots)
+        throw std::length_error("more than 512 values in use at once");
+    for (const NodeId id : outputs)
+        outputs_.push_back(places[at(id)]);
+}
+
+Uniforms Program::bind(std::span<const double> uniforms) const {
+    Uniforms bound;
+    bound.values_.reserve(uniform_nodes_.size());
+    const auto value = [&](NodeId index) { return index >= 0 ? bound.values_[at(index)] : 0; };
+    for (const Node& node : uniform_nodes_) {
+        if (node.operation == Operation::constant)
+            bound.values_.push_back(node.value);
+        else if (node.operation == Operation::uniform)
+            bound.values_.push_back(uniforms[at(node.index)]);
+        else
+            bound.values_.push_back(result_of(node.operation, value(node.operands[0]),
+                                              value(node.operands[1]), value(node.operands[2])));
+    }
+    return bound;
+}
+
+bool Program::uses_input(std::int32_t index) const noexcept {
+    const auto reads = [&](const Operand& o) { return o.kind == Operand::Kind::input && o.index == index; };
+    return std::any_of(outputs_.begin(), outputs_.end(), reads) ||
+           std::any_of(instructions_.begin(), instructions_.end(), [&](const Instruction& i) {
+               const auto end = i.operands.begin() + row_of(i.operation).operands;
+               return std::any_of(i.operands.begin(), end, reads);
+           });
+}
+
+} // namespace obscura::models
