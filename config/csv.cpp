@@ -127,4 +127,19 @@ void read_csv(const std::filesystem::path& file, std::span<const CsvColumn> colu
                 fmt::format("empty, the header \"{}\" is wanted", allowed));
 }
 
+bool has_csv_column(const std::filesystem::path& file, std::string_view name) {
+    std::string text;
+    if (!read_text(file, text).empty()) return false;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        const std::string_view line(text.data() + at, end - at);
+        at = end + 1;
+        if (trimmed(line).empty() || trimmed(line).front() == '#') continue;
+        const std::vector<std::string_view> cells = split(line);
+        return std::any_of(cells.begin(), cells.end(),
+                           [&](std::string_view cell) { return trimmed(cell) == name; });
+    }
+    return false;
+}
+
 } // namespace obscura::config

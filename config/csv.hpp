@@ -40,4 +40,8 @@ void read_csv(const std::filesystem::path& file, std::string_view columns,
 void read_csv(const std::filesystem::path& file, std::span<const CsvColumn> columns,
               const std::function<void(const CsvRow&)>& row);
 
+/// Whether the header of `file` has a column of that name; false also where it has no header or cannot be
+/// read, of which read_csv() says why.
+[[nodiscard]] bool has_csv_column(const std::filesystem::path& file, std::string_view name);
+
 } // namespace obscura::config

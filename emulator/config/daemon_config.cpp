@@ -209,8 +209,7 @@ void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Table
         mistakes.collect(
             [&] { config.view = scene::read_view(view->value, tables.top.in("view"), config.scene); });
         const config::Member* look_at = view->value.find("look_at");
-        const std::string why =
-            scene::explain_missing_target(config.scene.bodies, config.scene.camera.motion);
+        const std::string why = scene::explain_missing_target(config.scene, config.scene.camera.motion);
         if (look_at != nullptr && !why.empty())
             mistakes.add(tables.top.in("view").in("look_at"), look_at->value.at, why);
     }

@@ -104,7 +104,7 @@ void fill_ground_truth(const BuiltScene& built, Time t, GroundTruth& truth) noex
         const std::string& name = bodies[i].name;
         std::copy_n(name.begin(), std::min(name.size(), body.name.size() - 1), body.name.begin());
         body.pose = seen_pose(built.scene, built.bodies, i, truth.camera.position_m, time_s);
-        body.pose_age_s = body_pose_age_s(built.bodies, i, time_s);
+        body.pose_age_s = body_pose_age_s(built.scene, built.bodies, i, time_s);
     }
 }
 

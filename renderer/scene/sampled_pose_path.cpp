@@ -96,6 +96,12 @@ std::shared_ptr<const PosePath> make_path(PathParts parts) {
     return std::make_shared<const SampledPosePath>(std::move(parts));
 }
 
+std::shared_ptr<const PosePath> path_of_samples(const std::vector<TimedPose>& samples) {
+    if (samples.size() == 1) return make_path({.constant = samples.front().pose});
+    const ephemeris::SampledPath path(path_of_table("trajectory", samples), {}, 0);
+    return make_path({.positions = path, .attitudes = path, .constant = {}});
+}
+
 std::vector<TimedPose> samples_of(const PosePath& path) {
     std::vector<TimedPose> samples;
     for (const double time_s : path.times_s())

@@ -31,6 +31,9 @@ struct PathParts {
 };
 [[nodiscard]] std::shared_ptr<const PosePath> make_path(PathParts parts);
 
+/// The poses of a trajectory, linear and slerp between them. Throws as path_of_table().
+[[nodiscard]] std::shared_ptr<const PosePath> path_of_samples(const std::vector<TimedPose>& samples);
+
 /// Poses of `path` at its times, for what lists the instants of a motion; never empty.
 [[nodiscard]] std::vector<TimedPose> samples_of(const PosePath& path);
 

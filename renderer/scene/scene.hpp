@@ -74,15 +74,19 @@ public:
 /// Aim of the z axis of the camera or a lamp, held at every instant. The camera is aimed at the direction in
 /// which it sees the body: with Scene::light_time and Scene::aberration the apparent one.
 struct Aim {
-    std::string body{}; ///< name of the body whose origin is the target, or sun_name; empty: `point_m`
-    Vec3 point_m{};     ///< target, in the frame of the motion
+    /// Name of the body that has the target, or sun_name; empty: none. In a file also that of a landmark.
+    std::string body{};
+    Vec3 point_m{}; ///< target, in the frame of that body (not of the Sun), without one in that of the motion
     /// Direction that is up in the image (-y), in the frame of the motion, any length above 0. Where the view
     /// is parallel to it within 1e-6 rad, the x axis of that frame takes its place, or the y axis if the view
     /// is parallel to x.
     Vec3 up{0, -1, 0};
+    bool own_axes = false; ///< `up` is in the axes of the attitude that the aim replaces, not of the motion
 };
 /// Name of the Sun as the target of an aim, unless a body has that name.
 inline constexpr const char* sun_name = "sun";
+
+struct SurfaceTrack; // renderer/scene/surface_place.hpp
 
 /// Motion of a body, a lamp or the camera: a fixed pose, a trajectory, a path, or one of them with a uniform
 /// spin about an axis of the moving frame. Between samples position is linear and attitude slerp; outside the
@@ -101,6 +105,9 @@ struct Motion {
     std::shared_ptr<const LivePose> live{};
     /// The frame of the poses is at the origin of the parent, but has inertial axes.
     bool inertial_axes = false;
+    /// Places on the parent that are yet to be turned into positions
+    /// (renderer/scene_files/surface_places.hpp); null in scenes that were read.
+    std::shared_ptr<const SurfaceTrack> on_surface{};
 };
 
 /// Family of shapes: renderer/registries/registry.hpp lists the kinds, each with a struct of its parameters.
@@ -343,7 +350,8 @@ struct Landmark {
     /// Direction from the body's origin: longitude from its x axis, east positive; latitude from its xy
     /// plane.
     double longitude_rad = 0, latitude_rad = 0;
-    std::string position{}; ///< see Body::position
+    std::string position{};      ///< see Body::position
+    bool planetographic = false; ///< the latitude is that of the normal of the body's reference ellipsoid
 };
 
 /// Camera: sensor, optics and motion. Camera frame: right-handed, x right, y down, z boresight.

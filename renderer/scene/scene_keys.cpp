@@ -2,6 +2,7 @@
 #include "renderer/scene/scene_keys.hpp"
 
 #include "core/units.hpp"
+#include "renderer/scene/surface_place.hpp"
 
 #include <utility>
 #include <vector>
@@ -212,14 +213,18 @@ config::Keys keys_of(Landmark& s) {
         config::key("body", &s.body).required().help("Name of the body that it is on"),
         config::key("longitude_deg", config::Scaled{&s.longitude_rad, degree})
             .unit("deg")
-            .range(-360, 360)
+            .range(longitudes_deg)
             .help("Longitude of the point about the body's z axis, from its x axis towards its y axis; "
                   "the point is where that direction from the origin leaves the surface"),
         config::key("latitude_deg", config::Scaled{&s.latitude_rad, degree})
             .unit("deg")
-            .range(-90, 90)
+            .range(latitudes_deg)
             .help(
                 "Latitude of the point: angle between its direction from the body's origin and the body's xy plane (planetocentric)"),
+        word_key("latitudes", &s.planetographic, name_of(Latitudes::planetocentric),
+                 name_of(Latitudes::planetographic))
+            .help(
+                "Meaning of latitude_deg: planetocentric, or planetographic: the angle between the normal of the body's reference ellipsoid and its xy plane (geodetic)"),
     };
 }
 

@@ -10,6 +10,9 @@ namespace obscura::scene {
 /// Range of coordinates in metres: 1e15 m is far beyond any planet and well within a double.
 constexpr config::Range anywhere{-1e15, 1e15};
 
+/// Ranges of longitudes and latitudes in degrees.
+constexpr config::Range longitudes_deg{-360, 360}, latitudes_deg{-90, 90};
+
 // Keys bound to the members of the argument. Keys that have no member of their own (a direction instead of a
 // position, kinds of shape and material) are added by renderer/scene_files.
 [[nodiscard]] config::Keys keys_of(Scene& scene);

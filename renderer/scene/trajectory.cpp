@@ -3,6 +3,7 @@
 
 #include "config/csv.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "renderer/scene/scene_keys.hpp"
 
 #include <fmt/format.h>
@@ -20,11 +21,11 @@ void check_order(const config::CsvRow& row, const std::vector<TimedPose>& before
         row.fail(0, "time_s", fmt::format("{} does not come after {}", row.values[0], before.back().time_s));
 }
 
-/// Refuses places so far away that their squares are no numbers.
-void check_place(const config::CsvRow& row, std::size_t column, std::string_view name, double value_m) {
-    if (!(value_m >= anywhere.min && value_m <= anywhere.max))
-        row.fail(column, name,
-                 fmt::format("{:g} is outside {:g} to {:g}", value_m, anywhere.min, anywhere.max));
+/// Refuses values outside a range: of lengths those of which the squares are no numbers.
+void check_range(const config::CsvRow& row, std::size_t column, std::string_view name, config::Range range) {
+    const double value = row.values[column];
+    if (!(value >= range.min && value <= range.max))
+        row.fail(column, name, fmt::format("{:g} is outside {:g} to {:g}", value, range.min, range.max));
 }
 
 /// The quaternion as a unit quaternion; `column` is that of qw.
@@ -36,11 +37,19 @@ Quat checked(const config::CsvRow& row, std::size_t column, Quat q) {
 
 } // namespace
 
+bool is_surface_trajectory(const std::filesystem::path& file) {
+    return config::has_csv_column(file, "longitude_deg");
+}
+
 Trajectory read_trajectory(const std::filesystem::path& file) {
+    const bool on_surface = is_surface_trajectory(file);
+    using Columns = std::array<std::string_view, 3>;
+    const Columns place =
+        on_surface ? Columns{"longitude_deg", "latitude_deg", "height_m"} : Columns{"x_m", "y_m", "z_m"};
     const std::array<config::CsvColumn, 8> columns{{{.name = "time_s"},
-                                                    {.name = "x_m"},
-                                                    {.name = "y_m"},
-                                                    {.name = "z_m"},
+                                                    {.name = place[0]},
+                                                    {.name = place[1]},
+                                                    {.name = place[2]},
                                                     {.name = "qw", .optional = true},
                                                     {.name = "qx", .optional = true},
                                                     {.name = "qy", .optional = true},
@@ -55,9 +64,12 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
         if (given != (trajectory.has_attitude ? 4 : 0))
             row.fail(4, "qw", "qw, qx, qy and qz are wanted in every row, or in none for positions only");
         for (std::size_t column = 1; column <= 3; ++column)
-            check_place(row, column, columns[column].name, v[column]);
+            check_range(row, column, columns[column].name,
+                        on_surface && column < 3 ? (column == 1 ? longitudes_deg : latitudes_deg) : anywhere);
         const Quat q = trajectory.has_attitude ? Quat{v[4], v[5], v[6], v[7]} : Quat{};
-        samples.push_back({v[0], {{v[1], v[2], v[3]}, checked(row, 4, q)}});
+        if (on_surface) trajectory.places.push_back({v[0], v[1] * degree, v[2] * degree, v[3]});
+        const Vec3 position_m = on_surface ? Vec3{} : Vec3{v[1], v[2], v[3]};
+        samples.push_back({v[0], {position_m, checked(row, 4, q)}});
     });
     if (samples.empty()) throw ConfigError(fmt::format("{}: no rows after the header", file.string()));
     return trajectory;
@@ -81,7 +93,7 @@ std::vector<scene::Joint::Sample> read_joint_table(const std::filesystem::path& 
         if (!samples.empty() && row.values[0] <= samples.back().time_s)
             row.fail(0, "time_s",
                      fmt::format("{} does not come after {}", row.values[0], samples.back().time_s));
-        check_place(row, 1, value, row.values[1]);
+        check_range(row, 1, value, anywhere);
         samples.push_back({row.values[0], row.values[1] * unit});
     });
     if (samples.empty()) throw ConfigError(fmt::format("{}: no rows after the header", file.string()));

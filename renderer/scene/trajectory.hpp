@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/scene/scene.hpp"
+#include "renderer/scene/surface_place.hpp"
 
 #include <filesystem>
 #include <string_view>
@@ -18,14 +19,24 @@ inline constexpr const char* trajectory_columns = "time_s,x_m,y_m,z_m,qw,qx,qy,q
 /// Columns of an attitude table: as in a trajectory, without positions.
 inline constexpr const char* attitude_columns = "time_s,qw,qx,qy,qz";
 
+/// The columns of a trajectory over a body, see SurfacePlace; degrees, metres, and the attitude as above.
+inline constexpr const char* surface_trajectory_columns =
+    "time_s,longitude_deg,latitude_deg,height_m,qw,qx,qy,qz";
+
 /// Contents of a trajectory file.
 struct Trajectory {
     std::vector<TimedPose> samples;
     bool has_attitude = true; ///< false: positions only, the orientations are 1, 0, 0, 0
+    /// Places of a trajectory over a body, instead of the positions of the samples, which are 0; else empty.
+    std::vector<SurfacePlace> places{};
 };
 
-/// Reads a trajectory: at least one row, strictly increasing times, |q| = 1 within 1e-3 (then normalised).
-/// Throws ConfigError `file:line:column: column: what`.
+/// Whether the file has a header with places on a body; false also where it cannot be read.
+[[nodiscard]] bool is_surface_trajectory(const std::filesystem::path& file);
+
+/// Reads a trajectory, by its header one of positions or of places on a body: at least one row, strictly
+/// increasing times, |q| = 1 within 1e-3 (then normalised). Throws ConfigError `file:line:column: column:
+/// what`.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file);
 
 /// Reads an attitude table, under the same rules; the positions are 0.

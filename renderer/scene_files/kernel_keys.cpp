@@ -23,12 +23,6 @@ bool sun_is_given(const config::Value& root) {
     return false;
 }
 
-/// The poses of a trajectory, linear and slerp between them.
-std::shared_ptr<const PosePath> path_of_samples(const std::vector<TimedPose>& samples) {
-    const ephemeris::SampledPath path(path_of_table("trajectory", samples), {}, 0);
-    return make_path({.positions = path, .attitudes = path, .constant = {}});
-}
-
 } // namespace
 
 config::Keys KernelKeys::keys() {

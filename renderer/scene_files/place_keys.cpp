@@ -36,11 +36,18 @@ config::Key extrapolation_key(PlaceKeys& s) {
             "after that they hold");
 }
 
+/// The keys, those for places on bodies after that for positions.
+config::Keys with_surface_keys(config::Keys keys, PlaceKeys& s) {
+    const config::Keys more = keys_of(s.surface, true);
+    keys.insert(keys.begin() + 1, more.begin(), more.end());
+    return keys;
+}
+
 } // namespace
 
 config::Keys camera_place_keys(PlaceKeys& s) {
     s.looks = true;
-    return {
+    config::Keys keys{
         config::key("position_m", &s.position_m)
             .unit("m")
             .range(anywhere)
@@ -57,7 +64,7 @@ config::Keys camera_place_keys(PlaceKeys& s) {
             .help("Point at which the z axis is aimed, instead of orientation; in the frame of position_m"),
         config::key("look_at", &s.look_at)
             .help(
-                "Name of the body, or \"sun\", at whose centre the z axis is aimed at every instant, where the camera sees it; "
+                "Name of the body at whose centre, of the landmark, or \"sun\", at which the z axis is aimed at every instant, where the camera sees it; "
                 "instead of orientation"),
         config::key("up", &s.up)
             .range(anywhere)
@@ -66,14 +73,16 @@ config::Keys camera_place_keys(PlaceKeys& s) {
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
                 "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; "
+                "with longitude_deg,latitude_deg,height_m in place of x_m,y_m,z_m over the parent; "
                 "without the last four columns, or as CCSDS OEM file, it holds positions only, and look_at, look_at_m, boresight, orientation or attitude gives the attitude"),
         file_attitude_key(s),
         extrapolation_key(s),
     };
+    return with_surface_keys(std::move(keys), s);
 }
 
 config::Keys body_place_keys(PlaceKeys& s) {
-    return {
+    config::Keys keys{
         config::key("position_m", &s.position_m)
             .unit("m")
             .range(anywhere)
@@ -84,6 +93,7 @@ config::Keys body_place_keys(PlaceKeys& s) {
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
                 "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; "
+                "with longitude_deg,latitude_deg,height_m in place of x_m,y_m,z_m over the parent; "
                 "without the last four columns, or as CCSDS OEM file, it holds positions only, and orientation or attitude gives the attitude"),
         file_attitude_key(s),
         extrapolation_key(s),
@@ -95,6 +105,7 @@ config::Keys body_place_keys(PlaceKeys& s) {
             .range(-36000, 36000)
             .help("Rate of the body's uniform spin; 0: none"),
     };
+    return with_surface_keys(std::move(keys), s);
 }
 
 config::Key relative_to_key(std::string& name) {
@@ -184,7 +195,10 @@ bool read_trajectory_file(const PlaceKeys& place, const config::ReadTable& table
         break;
     }
     Trajectory read = read_trajectory(place.trajectory);
-    if (place.max_extrapolation_s > 0 || table.has("attitude")) {
+    const bool over_body = !read.places.empty();
+    if (over_body) {
+        motion.on_surface = surface_track(place.surface, std::move(read.places), table);
+    } else if (place.max_extrapolation_s > 0 || table.has("attitude")) {
         parts.positions = table_path(place.trajectory, read.samples, place);
         if (read.has_attitude) parts.attitudes = parts.positions;
     }
@@ -235,8 +249,11 @@ std::string_view axis_across(Vec3 direction) {
 
 /// Sets the attitude of every sample of `motion`, or its aim, by the keys of `place`.
 void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion& motion) {
-    if (table.has("look_at") || (table.has("look_at_m") && table.has("trajectory"))) {
-        motion.aim = Aim{place.look_at, place.look_at_m, place.up};
+    // Up in local axes is up, not the -y of a camera in orbit.
+    const bool local = motion.on_surface && motion.on_surface->axes == PlaceAxes::east_north_up;
+    Vec3 up = local && !table.has("up") ? Vec3{0, 0, 1} : place.up;
+    if (table.has("look_at") || (table.has("look_at_m") && (table.has("trajectory") || motion.on_surface))) {
+        motion.aim = Aim{place.look_at, place.look_at_m, up, local};
         return;
     }
     Quat orientation = place.orientation;
@@ -246,7 +263,6 @@ void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion
         const auto parallel_to = [&](Vec3 up) {
             return !(length(cross(boresight, up)) > 1e-9 * length(boresight) * length(up));
         };
-        Vec3 up = place.up;
         // Along the default another direction is as good.
         if (!table.has("up") && parallel_to(up)) up = {up.y, up.z, up.x};
         if (!(length(boresight) > 0))
@@ -268,6 +284,8 @@ void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion
 Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
     const std::size_t before = table.mistakes().count();
     exclude(table, "position_m", "trajectory");
+    const bool rows = table.has("trajectory") && is_surface_trajectory(place.trajectory);
+    check_surface_keys(table, rows);
     if (table.has("max_extrapolation_s") && !table.has("trajectory") && !table.has("attitude"))
         table.refuse("max_extrapolation_s", "belongs to \"trajectory\" or \"attitude\"");
     for (std::size_t i = 0; i < attitude_keys.size(); ++i)
@@ -285,6 +303,7 @@ Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
     motion.spin_axis = place.spin_axis;
     motion.spin_rate_rad_s = place.spin_rate_rad_s;
     motion.samples = {{0, {place.position_m, {}}}};
+    if (has_surface_place(table)) motion.on_surface = surface_track(place.surface, {}, table);
     PathParts parts;
     const bool positions_only = !table.has("trajectory") || read_positions(place, table, motion, parts);
     if (table.has("attitude"))

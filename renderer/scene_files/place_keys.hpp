@@ -5,6 +5,7 @@
 #include "config/section.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/scene_files/scene_epoch.hpp"
+#include "renderer/scene_files/surface_keys.hpp"
 
 #include <string>
 
@@ -23,6 +24,7 @@ struct PlaceKeys {
     bool looks = false;   ///< of the camera or a lamp: a trajectory of positions needs an attitude beside it
     Vec3 spin_axis{0, 0, 1};
     double spin_rate_rad_s = 0;
+    SurfaceKeys surface{};
 };
 /// Keys of the camera or a lamp, which look along the z axis, and of a body.
 [[nodiscard]] config::Keys camera_place_keys(PlaceKeys& place);

@@ -5,12 +5,14 @@
 #include "renderer/scene_files/camera_section.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/scene_section.hpp"
+#include "renderer/scene_files/surface_places.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
 #include <string_view>
+#include <vector>
 
 namespace obscura::scene {
 
@@ -18,6 +20,8 @@ std::string read_view(const config::Value& table, const config::Where& where, Sc
     config::Section section = camera_section(scene.camera, std::make_shared<KernelKeys>(scene));
     config::Mistakes mistakes;
     read_section(&table, table.at, where, section, mistakes);
+    std::vector<SkyObject> no_points;
+    find_surface_places(scene, no_points, mistakes);
     mistakes.throw_if_any();
     section.keys.erase(
         std::remove_if(section.keys.begin(), section.keys.end(),

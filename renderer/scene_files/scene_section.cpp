@@ -17,6 +17,7 @@
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 #include "renderer/scene_files/sky_object_section.hpp"
+#include "renderer/scene_files/surface_places.hpp"
 
 #include <fmt/format.h>
 
@@ -204,20 +205,19 @@ config::Section landmark_section(Landmark& landmark) {
     return section;
 }
 
-/// Checks parents and joints of bodies, camera and lamps.
-void check_tree(const Scene& scene, const config::ReadTable& root) {
+/// Checks parents and joints of bodies, camera, lamps and points.
+void check_tree(const Scene& scene, const std::vector<SkyObject>& points, const config::ReadTable& root) {
     const auto check_parent = [&](const std::string& position, const std::string& parent, const Joint& joint,
                                   const std::string& place) {
         root.mistakes().collect(
             [&] { at_position(position, [&] { (void)parent_of(scene.bodies, parent, joint, place); }); });
     };
-    root.mistakes().collect([&] { (void)parents_of(scene.bodies); });
+    root.mistakes().collect([&] { (void)parents_of(scene); });
     check_parent(scene.camera.position, scene.camera.parent, scene.camera.joint, "camera");
     for (const Lamp& lamp : scene.lamps)
         check_parent(lamp.position, lamp.parent, lamp.joint, fmt::format("lamp '{}'", lamp.name));
-    if (scene.sky_objects)
-        for (const SkyObject& object : *scene.sky_objects)
-            check_parent(object.position, object.parent, {}, fmt::format("sky object '{}'", object.name));
+    for (const SkyObject& object : points)
+        check_parent(object.position, object.parent, {}, fmt::format("sky object '{}'", object.name));
 }
 
 /// Gives the scene its sky objects, those that are as stars of a catalogue among its stars, and `objects`.
@@ -234,7 +234,7 @@ void take_sky_objects(const std::vector<SkyObject>& read, std::vector<SkyObject>
 /// Reports the key look_at of `table` if the scene has no body of that name.
 void check_target(const Scene& scene, const Motion& motion, const config::Value& table,
                   const std::string& path, const config::ReadTable& root) {
-    if (const std::string why = explain_missing_target(scene.bodies, motion); !why.empty())
+    if (const std::string why = explain_missing_target(scene, motion); !why.empty())
         root.mistakes().add(root.where().in(path), table.find("look_at")->value.at, why);
 }
 
@@ -249,7 +249,6 @@ void check_bands(const std::vector<double>& values, const char* list, std::size_
 }
 
 void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTable& root) {
-    check_tree(scene, root);
     if (const config::Member* camera = root.table()->find("camera"))
         check_target(scene, scene.camera.motion, camera->value, "camera.look_at", root);
     for (std::size_t i = 0; i < scene.lamps.size(); ++i)
@@ -315,8 +314,10 @@ config::Section scene_section(Scene& scene) {
         if (!star_table->file.empty())
             root.mistakes().collect(
                 [&] { measured = read_star_irradiances(star_table->file, scene.bands.size()); });
-        take_sky_objects(*sky_objects, std::move(measured), scene);
         kernels->check(scene, root);
+        check_tree(scene, *sky_objects, root);
+        find_surface_places(scene, *sky_objects, root.mistakes());
+        take_sky_objects(*sky_objects, std::move(measured), scene);
         check_scene(scene, *curves, root);
     };
     return section;

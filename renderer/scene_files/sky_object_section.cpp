@@ -72,7 +72,8 @@ config::Keys keys_of(SkyObject& s, SkyObjectKeys& read) {
             .range(anywhere)
             .help("Position of a point, inertial or in the parent's frame"),
         config::key("trajectory", config::Path{&read.place.trajectory})
-            .help("CSV table time_s,x_m,y_m,z_m of a point, instead of position_m"),
+            .help(
+                "CSV table time_s,x_m,y_m,z_m, or time_s,longitude_deg,latitude_deg,height_m over the parent, of a point, instead of position_m"),
         config::key("parent", &read.joint.parent)
             .help("Name of the body in whose frame a point's position is"),
         relative_to_key(read.joint.relative_to),
@@ -112,8 +113,9 @@ void check_kind(const SkyObject& s, const config::ReadTable& table) {
         only(star, key, "\"star\"");
     for (const char* key : {"amplitude_mag", "period_s", "phase"})
         only(!galaxy, key, "\"star\" or \"point\"");
-    for (const char* key : {"position_m", "trajectory", "parent", "relative_to", "ephemeris",
-                            "ephemeris_frame", "planet", "phase_law_mag"})
+    for (const char* key :
+         {"position_m", "trajectory", "parent", "relative_to", "ephemeris", "ephemeris_frame", "planet",
+          "phase_law_mag", "longitude_deg", "latitude_deg", "height_m", "height_above", "latitudes"})
         only(point, key, "\"point\"");
     for (const char* key : {"half_light_radius_arcsec", "sersic_index", "axis_ratio", "position_angle_deg"})
         only(galaxy, key, "\"galaxy\"");
@@ -124,8 +126,10 @@ void check_kind(const SkyObject& s, const config::ReadTable& table) {
         exclude(table, "v_mag", "planet");
         exclude(table, "phase_law_mag", "planet");
     }
-    if (point && !table.has("position_m") && !table.has("trajectory") && !table.has("ephemeris"))
-        table.refuse_table("the key \"position_m\", \"trajectory\" or \"ephemeris\" is missing");
+    if (point && !table.has("position_m") && !table.has("trajectory") && !table.has("ephemeris") &&
+        !has_surface_place(table))
+        table.refuse_table(
+            "the key \"position_m\", \"longitude_deg\", \"trajectory\" or \"ephemeris\" is missing");
 }
 
 config::Section sky_object_section(SkyObject& object, const std::shared_ptr<KernelKeys>& kernels) {
@@ -136,6 +140,8 @@ config::Section sky_object_section(SkyObject& object, const std::shared_ptr<Kern
     section.keys = keys_of(object, *read);
     const config::Keys kernel_keys = keys_of(read->kernel, true);
     section.keys.insert(section.keys.end(), kernel_keys.begin(), kernel_keys.end());
+    const config::Keys surface_keys = keys_of(read->place.surface, false);
+    section.keys.insert(section.keys.end(), surface_keys.begin(), surface_keys.end());
     section.check = [&object, read, kernels](const config::ReadTable& table) {
         object.position = table.position_text();
         check_kind(object, table);

@@ -258,7 +258,7 @@ private:
 };
 
 void validate_aim(const scene::Scene& scene, const scene::Motion& motion, const std::string& place) {
-    if (const std::string why = scene::explain_missing_target(scene.bodies, motion); !why.empty())
+    if (const std::string why = scene::explain_missing_target(scene, motion); !why.empty())
         throw ConfigError(fmt::format("{}: look_at: {}", place, why));
 }
 
@@ -293,7 +293,7 @@ void validate(const scene::Scene& scene) {
     }
     if (!(length(c.velocity_m_s) < 2.99e8))
         throw ConfigError("camera: the velocity must be less than that of light");
-    (void)scene::parents_of(scene.bodies);
+    (void)scene::parents_of(scene);
     for (const scene::Body& body : scene.bodies)
         scene::at_position(body.position, [&] {
             validate(body.motion, name_of(body));
@@ -317,7 +317,7 @@ void validate(const scene::Scene& scene) {
 std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache) {
     ShapeContext shapes;
     SurfaceTexturesMaker texture_maker(scene.bands);
-    const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
+    const std::vector<std::int32_t> parents = scene::parents_of(scene);
     std::vector<BuiltBody> built;
     std::vector<WantedShape> wanted;
     for (const scene::Body& body : scene.bodies)

@@ -34,6 +34,9 @@ double value_in(const scene::Joint& joint, const Pose& mount, const Pose& live) 
     return 2 * std::atan2(turn.x * axis.x + turn.y * axis.y + turn.z * axis.z, turn.w);
 }
 
+/// As camera_velocity_m_s(), by the camera's motion alone.
+Vec3 moving_camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s);
+
 Pose pose_in_parent(const scene::Motion& motion, const scene::Joint& joint, double time_s) {
     if (joint.kind == scene::Joint::Kind::fixed) return pose_at(motion, time_s);
     Pose pose = scripted_pose(motion, time_s);
@@ -47,29 +50,49 @@ Pose pose_in_parent(const scene::Motion& motion, const scene::Joint& joint, doub
     return pose;
 }
 
-/// Transforms `pose` from the frame of `motion`, whose parent is body `parent`, to the inertial frame.
-Pose inertial_pose(std::span<const BuiltBody> bodies, const scene::Motion& motion, std::int32_t parent,
-                   Pose pose, double time_s) {
+/// `pose` in the frame that `outer` is in.
+Pose in_parent(const Pose& outer, const Pose& pose) {
+    return {to_parent(outer, pose.position_m), outer.orientation * pose.orientation};
+}
+
+/// Inertial pose of body `index` of the scene, or of the camera.
+Pose thing_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::int32_t index,
+                double time_s) {
+    return index == scene::camera_parent ? camera_pose(scene, bodies, time_s)
+                                         : body_pose(scene, bodies, static_cast<std::size_t>(index), time_s);
+}
+
+/// Transforms `pose` from the frame of `motion`, whose parent is `parent`, to the inertial frame.
+Pose inertial_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, const scene::Motion& motion,
+                   std::int32_t parent, Pose pose, double time_s) {
     const scene::Motion* inner = &motion;
-    for (std::int32_t up = parent; up >= 0; up = bodies[static_cast<std::size_t>(up)].parent) {
-        if (inner->inertial_axes) {
-            const Pose place = body_pose(bodies, static_cast<std::size_t>(up), time_s);
-            return {place.position_m + pose.position_m, pose.orientation};
+    for (std::int32_t up = parent; up != scene::no_parent;) {
+        if (inner->inertial_axes || up == scene::camera_parent) {
+            const Pose outer = thing_pose(scene, bodies, up, time_s);
+            if (inner->inertial_axes) return {outer.position_m + pose.position_m, pose.orientation};
+            return in_parent(outer, pose);
         }
         const BuiltBody& body = bodies[static_cast<std::size_t>(up)];
         const Pose outer = pose_in_parent(body.motion, body.joint, time_s);
-        pose = {to_parent(outer, pose.position_m), outer.orientation * pose.orientation};
+        pose = in_parent(outer, pose);
         inner = &body.motion;
+        up = body.parent;
     }
     return pose;
+}
+
+/// Number of a parent that is known by name, which must be in the scene.
+std::int32_t parent_number(const scene::Scene& scene, const std::string& parent) {
+    return parent.empty()                 ? scene::no_parent
+           : parent == scene::camera_name ? scene::camera_parent
+                                          : scene::index_of(scene.bodies, parent);
 }
 
 /// Inertial pose of a motion on a parent. `scene.bodies` and `bodies` have the same order.
 Pose pose_on_parent(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
                     const scene::Motion& motion, const scene::Joint& joint, double time_s) {
-    const Pose pose = pose_in_parent(motion, joint, time_s);
-    if (parent.empty()) return pose;
-    return inertial_pose(bodies, motion, scene::index_of(scene.bodies, parent), pose, time_s);
+    return inertial_pose(scene, bodies, motion, parent_number(scene, parent),
+                         pose_in_parent(motion, joint, time_s), time_s);
 }
 
 /// Velocity of `motion` with `joint` in the frame of its parent.
@@ -81,30 +104,38 @@ Vec3 velocity_in_parent(const scene::Motion& motion, const scene::Joint& joint, 
     return scripted_velocity_m_s(motion, time_s);
 }
 
-/// Inertial velocity of `motion` on body `parent`. Positions and attitudes are taken apart, so that an
-/// attitude that is known for an instant only does not stop what moves.
-Vec3 inertial_velocity_m_s(std::span<const BuiltBody> bodies, const scene::Motion& motion,
-                           const scene::Joint& joint, std::int32_t parent, double time_s) {
+/// Inertial velocity of `motion` on `parent`. Positions and attitudes are taken apart, so that an attitude
+/// that is known for an instant only does not stop what moves.
+Vec3 inertial_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                           const scene::Motion& motion, const scene::Joint& joint, std::int32_t parent,
+                           double time_s) {
     Vec3 velocity = velocity_in_parent(motion, joint, time_s);
-    if (parent < 0) return velocity;
-    const auto up = static_cast<std::size_t>(parent);
+    if (parent == scene::no_parent) return velocity;
     if (!motion.inertial_axes) {
         const auto turned = [&](double at_s, Vec3 v) {
-            return rotate(body_pose(bodies, up, at_s).orientation, v);
+            return rotate(thing_pose(scene, bodies, parent, at_s).orientation, v);
         };
         velocity = turned(time_s, velocity);
         if (const Vec3 at_m = pose_in_parent(motion, joint, time_s).position_m; length_squared(at_m) > 0)
             velocity =
                 velocity + scene::differenced_velocity_m_s([&](double t) { return turned(t, at_m); }, time_s);
     }
-    return velocity + body_velocity_m_s(bodies, up, time_s);
+    return velocity + (parent == scene::camera_parent
+                           ? moving_camera_velocity_m_s(scene, bodies, time_s)
+                           : body_velocity_m_s(scene, bodies, static_cast<std::size_t>(parent), time_s));
+}
+
+Vec3 moving_camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
+    const scene::Camera& camera = scene.camera;
+    return inertial_velocity_m_s(scene, bodies, camera.motion, camera.joint,
+                                 parent_number(scene, camera.parent), time_s);
 }
 
 /// Inertial pose of the frame that the poses of `motion` on `parent` refer to.
 Pose frame_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
               const scene::Motion& motion, double time_s) {
     if (parent.empty()) return {};
-    Pose frame = body_pose(bodies, static_cast<std::size_t>(scene::index_of(scene.bodies, parent)), time_s);
+    Pose frame = thing_pose(scene, bodies, parent_number(scene, parent), time_s);
     if (motion.inertial_axes) frame.orientation = {};
     return frame;
 }
@@ -124,8 +155,9 @@ Vec3 target_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, con
     const std::int32_t index = scene::index_of(scene.bodies, aim.body);
     if (index < 0) return scene.sun.position_at(time_s);
     const auto body = static_cast<std::size_t>(index);
-    return seen ? apparent_pose(scene, bodies, body, from_m, time_s).position_m
-                : body_pose(bodies, body, time_s).position_m;
+    if (!seen) return to_parent(body_pose(scene, bodies, body, time_s), aim.point_m);
+    if (aim.point_m == Vec3{}) return apparent_pose(scene, bodies, body, from_m, time_s).position_m;
+    return from_m + apparent_body(scene, bodies, body, from_m, time_s).towards(from_m, aim.point_m);
 }
 
 /// As look_along(), with another direction for `up` where the two are parallel: see scene::Aim.
@@ -137,36 +169,39 @@ Quat look_along_any(Vec3 direction, Vec3 up) {
     return look_along(direction, fits({1, 0, 0}) ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
 }
 
-/// Orientation of which the z axis has the inertial `direction`; `otherwise` if that is zero.
+/// Orientation of which the z axis has the inertial `direction`; `otherwise`, the attitude without the aim,
+/// if that is zero.
 Quat aimed(const scene::Aim& aim, const Pose& frame, Vec3 direction, Quat otherwise) {
     if (!(length(direction) > 0)) return otherwise;
-    return frame.orientation * look_along_any(rotate(conjugate(frame.orientation), direction), aim.up);
+    const Quat axes = aim.own_axes ? otherwise : frame.orientation;
+    return axes * look_along_any(rotate(conjugate(axes), direction), aim.up);
 }
 
 } // namespace
 
-Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s) {
+Pose body_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t index,
+               double time_s) {
     const BuiltBody& body = bodies[index];
-    return inertial_pose(bodies, body.motion, body.parent, pose_in_parent(body.motion, body.joint, time_s),
-                         time_s);
+    return inertial_pose(scene, bodies, body.motion, body.parent,
+                         pose_in_parent(body.motion, body.joint, time_s), time_s);
 }
 
-Vec3 body_velocity_m_s(std::span<const BuiltBody> bodies, std::size_t index, double time_s) {
+Vec3 body_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t index,
+                       double time_s) {
     const BuiltBody& body = bodies[index];
-    return inertial_velocity_m_s(bodies, body.motion, body.joint, body.parent, time_s);
+    return inertial_velocity_m_s(scene, bodies, body.motion, body.joint, body.parent, time_s);
 }
 
 Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
     const scene::Camera& camera = scene.camera;
     if (length(camera.velocity_m_s) > 0) return camera.velocity_m_s;
-    const std::int32_t parent = camera.parent.empty() ? -1 : scene::index_of(scene.bodies, camera.parent);
-    return inertial_velocity_m_s(bodies, camera.motion, camera.joint, parent, time_s);
+    return moving_camera_velocity_m_s(scene, bodies, time_s);
 }
 
 Vec3 lamp_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, const scene::Lamp& lamp,
                        double time_s) {
-    const std::int32_t parent = lamp.parent.empty() ? -1 : scene::index_of(scene.bodies, lamp.parent);
-    return inertial_velocity_m_s(bodies, lamp.motion, lamp.joint, parent, time_s);
+    return inertial_velocity_m_s(scene, bodies, lamp.motion, lamp.joint, parent_number(scene, lamp.parent),
+                                 time_s);
 }
 
 Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {

@@ -9,10 +9,12 @@
 namespace obscura::renderer {
 
 /// Inertial pose of a body: its motion and joint in the parent's frame, and so on up to a body without a
-/// parent. The parents must not be circular (renderer/scene/scene_tree.hpp).
-[[nodiscard]] Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
+/// parent, or to the camera. The parents must not be circular (renderer/scene/scene_tree.hpp). `bodies` are
+/// in the order of the scene's.
+[[nodiscard]] Pose body_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t index,
+                             double time_s);
 
-/// As body_pose(), of the camera or a lamp, whose parent may be a body, with the aim of its motion. Neither
+/// As body_pose(), of the camera or a lamp, with the aim of its motion. Neither
 /// allocates.
 [[nodiscard]] Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s);
 [[nodiscard]] Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies,
@@ -25,7 +27,8 @@ namespace obscura::renderer {
 /// Inertial velocity of a body's origin, m/s: the derivative of its motion's own interpolation, 0 where that
 /// holds; attitudes that hold do not matter. Turns of parents, slides and poses from outside are differenced
 /// over 0.1 s.
-[[nodiscard]] Vec3 body_velocity_m_s(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
+[[nodiscard]] Vec3 body_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                                     std::size_t index, double time_s);
 
 /// As body_velocity_m_s(), of a lamp.
 [[nodiscard]] Vec3 lamp_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,

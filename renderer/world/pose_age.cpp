@@ -82,10 +82,14 @@ std::vector<std::string> instant_attitudes(const scene::Scene& scene) {
     return all;
 }
 
-double body_pose_age_s(std::span<const BuiltBody> bodies, std::size_t index, double time_s) noexcept {
+double body_pose_age_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t index,
+                       double time_s) noexcept {
     double largest_s = 0;
-    for (auto i = static_cast<std::int32_t>(index); i >= 0; i = bodies[static_cast<std::size_t>(i)].parent)
+    for (auto i = static_cast<std::int32_t>(index); i != scene::no_parent;
+         i = bodies[static_cast<std::size_t>(i)].parent) {
+        if (i == scene::camera_parent) return std::max(largest_s, camera_pose_age_s(scene, bodies, time_s));
         largest_s = std::max(largest_s, age_s(bodies[static_cast<std::size_t>(i)].motion, time_s));
+    }
     return largest_s;
 }
 
@@ -94,8 +98,9 @@ double camera_pose_age_s(const scene::Scene& scene, std::span<const BuiltBody> b
     const double own_s = age_s(scene.camera.motion, time_s);
     const std::int32_t parent =
         scene.camera.parent.empty() ? -1 : scene::index_of(scene.bodies, scene.camera.parent);
-    return parent < 0 ? own_s
-                      : std::max(own_s, body_pose_age_s(bodies, static_cast<std::size_t>(parent), time_s));
+    return parent < 0
+               ? own_s
+               : std::max(own_s, body_pose_age_s(scene, bodies, static_cast<std::size_t>(parent), time_s));
 }
 
 } // namespace obscura::renderer

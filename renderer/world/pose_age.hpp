@@ -33,7 +33,7 @@ struct AgedPoses {
 /// of text for each, without a full stop.
 [[nodiscard]] std::vector<std::string> instant_attitudes(const scene::Scene& scene);
 /// As camera_pose_age_s(), of a body.
-[[nodiscard]] double body_pose_age_s(std::span<const BuiltBody> bodies, std::size_t index,
-                                     double time_s) noexcept;
+[[nodiscard]] double body_pose_age_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                                     std::size_t index, double time_s) noexcept;
 
 } // namespace obscura::renderer

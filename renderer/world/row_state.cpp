@@ -99,7 +99,7 @@ Pose pose_at_emission(const scene::Scene& scene, Vec3 camera_m, double time_s, c
 Pose seen_pose_at(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i, Vec3 camera_m,
                   double time_s, double& seen_s) {
     return pose_at_emission(
-        scene, camera_m, time_s, [&](double t) { return body_pose(bodies, i, t); }, seen_s);
+        scene, camera_m, time_s, [&](double t) { return body_pose(scene, bodies, i, t); }, seen_s);
 }
 
 /// What the states of the bodies of a row have in common.
@@ -229,7 +229,7 @@ ApparentBody apparent_body(const scene::Scene& scene, std::span<const BuiltBody>
     const Pose pose = seen_pose_at(scene, bodies, i, camera_m, time_s, seen_s);
     ApparentBody body{deflected(scene, pose, camera_m, time_s)};
     body.range_m = length(body.pose.position_m - camera_m);
-    if (scene.light_time) body.beta = body_velocity_m_s(bodies, i, seen_s) / light_speed_m_s;
+    if (scene.light_time) body.beta = body_velocity_m_s(scene, bodies, i, seen_s) / light_speed_m_s;
     return body;
 }
 

@@ -18,7 +18,7 @@ double angle(Vec3 a, Vec3 b) {
 
 /// Bodies that have a place and nothing else.
 std::vector<BuiltBody> places_of(const scene::Scene& scene) {
-    const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
+    const std::vector<std::int32_t> parents = scene::parents_of(scene);
     std::vector<BuiltBody> places;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         BuiltBody& place = places.emplace_back();

@@ -3,6 +3,8 @@
 
 #include "renderer/camera/projection.hpp"
 #include "renderer/lights/star_field.hpp"
+#include "renderer/planets/ground.hpp"
+#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/shapes/single_ray.hpp"
 #include "renderer/world/row_state.hpp"
@@ -52,6 +54,12 @@ bool point_on_sensor(const scene::Camera& camera, const std::optional<ImagePoint
 /// Whether `point`, body frame, is inside a closed surface: nearly all rays from it cross the surface an odd
 /// number of times. (A ray through an edge of a mesh may be counted wrong.)
 bool is_inside(const Shape& shape, Vec3 point) {
+    if (const SurfaceTiles* const tiles = shape.tiles();
+        tiles != nullptr && !tiles->domain().is_plane() && length(point) > 0) {
+        // The ground that queries meet is coarser than what a camera stands on.
+        const auto ground_m = ground_height_m(shape, {{}, normalized(point)}, GroundDetail::finest);
+        return ground_m && length(point) < *ground_m;
+    }
     constexpr int max_crossings = 64;
     const double step_m = 1e-6 * shape.bounding_radius_m();
     int odd = 0;

@@ -392,11 +392,12 @@ def test_tables():
     """The tables of the page are read, and it lists the columns that the programs know."""
     page = (ROOT / "docs/tables.md").read_text()
     blocks = re.findall(r"```csv ([^\n]*)\n(.*?)```", page, re.DOTALL)
-    check(len(blocks) == 5, f"{len(blocks)} tables in docs/tables.md")
+    check(len(blocks) == 6, f"{len(blocks)} tables in docs/tables.md")
     body = '[[body]]\nname = "rock"\nshape = "ellipsoid"\nradii_m = [1, 1, 1]\nalbedo = 0.5\n'
     uses = {
         "trajectory": "[camera]\ntrajectory = \"t.csv\"\n" + body,
         "trajectory with look_at": "[camera]\ntrajectory = \"t.csv\"\nlook_at = \"rock\"\n" + body,
+        "trajectory over a body": "[camera]\nparent = \"rock\"\ntrajectory = \"t.csv\"\nlook_at = \"rock\"\n" + body,
         "attitude": "[camera]\nattitude = \"t.csv\"\n" + body,
         "joint": body + body.replace("rock", "arm") + 'parent = "rock"\njoint = "hinge"\njoint_table = "t.csv"\n',
         "stars": "[stars]\ncatalogue = \"t.csv\"\n" + body,

@@ -159,17 +159,18 @@ TEST_CASE("a camera on a turning body is aimed, with up in the body's frame") {
     s.camera.parent = "bus";
     const std::vector<BuiltBody> built = build_bodies(s);
     for (const double t : {0.0, 4.0, 30.0}) {
-        const Pose bus = body_pose(built, 2, t);
+        const Pose bus = body_pose(s, built, 2, t);
         const Pose camera = camera_pose(s, built, t);
         check_near(camera.position_m, to_parent(bus, {1, 0, 0}));
-        check_near(boresight(camera), normalized(body_pose(built, 1, t).position_m - camera.position_m));
+        check_near(boresight(camera), normalized(body_pose(s, built, 1, t).position_m - camera.position_m));
         const Vec3 up = rotate(conjugate(camera.orientation), rotate(bus.orientation, {0, 0, 1}));
         CHECK_THAT(up.x, WithinAbs(0, 1e-12));
         CHECK(up.y < 0);
     }
     // A point is one of the body's frame.
     s.camera.motion.aim = scene::Aim{.point_m = {1, 0, -8}, .up = {1, 0, 0}};
-    check_near(boresight(camera_pose(s, built, 4)), rotate(body_pose(built, 2, 4).orientation, {0, 0, -1}));
+    check_near(boresight(camera_pose(s, built, 4)),
+               rotate(body_pose(s, built, 2, 4).orientation, {0, 0, -1}));
 }
 
 TEST_CASE("lamps are aimed, at the Sun too, and poses from outside count more") {
@@ -207,7 +208,7 @@ TEST_CASE("an aim at what does not exist is refused with the names that there ar
     scene::Scene s = chase();
     s.camera.motion.aim->body = "asteroid";
     CHECK(refusal(s) ==
-          "camera: look_at: \"asteroid\" is no body of the scene; there are other, target, sun");
+          "camera: look_at: \"asteroid\" is no body or landmark of the scene; there are other, target, sun");
     s.camera.motion.aim = scene::Aim{.up = {0, 0, 0}};
     CHECK(refusal(s) == "camera: the aim needs a finite point and an \"up\" that is not zero");
 }

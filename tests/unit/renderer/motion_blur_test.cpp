@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What moves during an exposure: against the mean of many pictures without exposure.
 #include "renderer/materials/lambert.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/world/exposure.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -353,6 +354,37 @@ TEST_CASE("What lights, shades and turns in an exposure is the mean of itself at
     // Any threads and row blocks.
     CHECK(blurred == render_window(renderer::Renderer(s, {64, 5, 1, 0, 64, settings.max_bounces}),
                                    {0, 0, size, size}, 7, 1, {}, exposure_ns));
+}
+
+TEST_CASE("A body and its lamp that hang on a camera in motion are as sharp as before a camera at rest") {
+    // A ball before the lens and a lamp beside it; the camera tumbles by a radian and 50 m in an exposure.
+    const auto scene = [](const char* parent, bool moves) {
+        scene::Scene s;
+        s.sun.irradiance_scale = 0;
+        s.camera = camera_at({-1, 0, 0}, size, 1e-3);
+        s.camera.motion.samples[0].pose = {};
+        if (moves)
+            s.camera.motion.samples = {{-0.2, {{0, 0, 0}, axis_angle({1, 2, 0}, -0.5)}},
+                                       {0.2, {{30, -40, 0}, axis_angle({1, 2, 0}, 0.5)}}};
+        s.bodies.push_back(
+            {"ball", renderer::EllipsoidParameters{{0.2, 0.2, 0.2}}, renderer::LambertParameters{0.5}, {}});
+        s.bodies[0].motion.samples[0].pose.position_m = {0.02, 0.01, 10};
+        s.bodies[0].parent = parent;
+        s.lamps.emplace_back();
+        s.lamps[0].parent = parent;
+        s.lamps[0].motion.samples[0].pose.position_m = {3, 0, 5};
+        s.lamps[0].intensity_w_sr = {100};
+        return s;
+    };
+    const renderer::RenderSettings settings{16, 2, 1};
+    const std::vector<float> rest = frame(scene("", false), settings, exposure_ns);
+    const std::vector<float> hung = frame(scene("camera", true), settings, exposure_ns);
+    const std::vector<float> left = frame(scene("", true), settings, exposure_ns);
+    const double level = static_cast<double>(*std::max_element(rest.begin(), rest.end()));
+    REQUIRE(level > 0);
+    CHECK(rms_difference(hung, rest) < 0.01 * level);
+    CHECK(std::abs(total(hung) / total(rest) - 1) < 1e-3);
+    CHECK(total(left) < 0.5 * total(rest)); // the camera turns away from it
 }
 
 } // namespace motion_blur_test

@@ -110,12 +110,12 @@ inline renderer::PolygonsParameters inward_cube() {
     return room;
 }
 
-/// Entries of one kind in the truth table of a square frame, edge_px wide.
+/// Entries of one kind in the truth table of a square frame, edge_px wide, of the instant `t`.
 inline std::vector<TruthEntry> truth_entries(const renderer::Renderer& r, TruthKind kind,
-                                             std::int32_t edge_px) {
+                                             std::int32_t edge_px, Time t = {}) {
     FrameWindow window;
     window.sensor = {0, 0, edge_px, edge_px};
-    const std::vector<RowTime> rows(static_cast<std::size_t>(edge_px));
+    const std::vector<RowTime> rows(static_cast<std::size_t>(edge_px), RowTime{t, t});
     renderer::TruthRequest request;
     request.windows = {&window, 1};
     request.rows = rows;

@@ -8,6 +8,7 @@
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/trajectory.hpp"
 #include "renderer/scene_files/scene_file.hpp"
+#include "renderer/scene_files/surface_places.hpp"
 #include "renderer/world/scene_poses.hpp"
 #include "tools/scene/camera_file.hpp"
 #include "tools/verbs/verb.hpp"
@@ -203,8 +204,8 @@ private:
         scene.camera.motion = {};
         scene.camera.motion.samples = {{0, {position, {}}}};
         scene.camera.motion.aim = scene::Aim{.body = look_at_, .up = up};
-        if (const std::string why = scene::explain_missing_target(scene.bodies, scene.camera.motion);
-            !why.empty())
+        scene::aim_at_landmark(scene, scene.camera.motion);
+        if (const std::string why = scene::explain_missing_target(scene, scene.camera.motion); !why.empty())
             throw host::UsageError(fmt::format("obscura pose: --look-at {}", why));
         return ScenePoses(std::move(scene));
     }

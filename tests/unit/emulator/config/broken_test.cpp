@@ -883,9 +883,9 @@ shape = "mesh"
     {"[camera]\nlook_at = \"asteroid\"\n[[body]]\nname = \"rock\"\nshape = \"ellipsoid\"\nradii_m = [1, 1, "
      "1]\n"
      "albedo = 0.5\n",
-     R"(s.toml:2:11: camera.look_at: "asteroid" is no body of the scene; there are rock, sun)"},
+     R"(s.toml:2:11: camera.look_at: "asteroid" is no body or landmark of the scene; there are rock, sun)"},
     {"[[lamp]]\nintensity_w_sr = [1]\nlook_at = \"asteroid\"\n",
-     R"(s.toml:3:11: lamp[0].look_at: "asteroid" is no body of the scene; there are sun)"},
+     R"(s.toml:3:11: lamp[0].look_at: "asteroid" is no body or landmark of the scene; there are sun)"},
     {"[camera]\nlook_at = \"\"\n", "s.toml:2:11: camera.look_at: is empty, the name of a body is wanted"},
     {"[camera]\nlook_at = \"sun\"\nlook_at_m = [1, 2, 3]\n",
      R"(s.toml:3:13: camera.look_at_m: cannot stand beside "look_at")"},
