@@ -339,6 +339,8 @@ bool Renderer::intersect(Time t, std::span<const Ray> rays, std::span<double> di
 
 View Renderer::view(Time t) const {
     Scratch s;
+    for (const SurfaceTiles* const tiles : impl_->built.terrains)
+        s.pins.push_back(tiles->pin());
     const RowState& row = begin_row(impl_->built, to_seconds(t.ns), s);
     const RowTime time{t, t};
     StarsInView stars;

@@ -6,6 +6,7 @@
 #include "host/interrupt.hpp"
 #include "host/standard_output.hpp"
 #include "tools/verbs/verb.hpp"
+#include "tools/verbs/verb_watch.hpp"
 
 #include <fmt/format.h>
 
@@ -14,6 +15,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,6 +75,27 @@ void print_help() {
     std::fputs(out.c_str(), stdout);
 }
 
+/// Runs the verb beside its watch. An interrupted verb that has not done all ends by the signal, after what
+/// it says of it.
+int run_watched(Verb& verb, const std::string& name) {
+    const std::optional<int> own_status = verb.runs_until_told() ? exit_ok : verb.interrupted_status();
+    const auto run = [&] {
+        const VerbWatch watch(
+            {.verb = name, .shows_progress = !verb.runs_until_told(), .interrupted_status = own_status});
+        return verb.run();
+    };
+    if (own_status) return run();
+    try {
+        const int status = run();
+        if (status != exit_failure || !host::interrupted()) return status;
+    } catch (const Error& error) {
+        if (!host::interrupted()) throw;
+        print_message(error.what());
+    }
+    std::fflush(stdout);
+    host::end_by_interrupt();
+}
+
 int run(const std::vector<std::string>& arguments) {
     if (arguments.empty()) throw host::UsageError("obscura: a verb is missing (try: obscura --help)");
     host::catch_interrupts();
@@ -104,7 +127,7 @@ int run(const std::vector<std::string>& arguments) {
         made->declare(line);
         if (!line.parse(verb, {arguments.begin() + static_cast<std::ptrdiff_t>(words), arguments.end()}))
             return exit_ok;
-        return made->run();
+        return run_watched(*made, verb);
     }
     const std::string word = verb.substr(0, 60);
     std::string second;

@@ -10,25 +10,46 @@
 
 #include <cerrno>
 #include <cstring>
+#include <mutex>
+#include <set>
 #include <utility>
 
 namespace obscura::images {
+namespace {
+
+std::mutex pending_mutex;
+std::set<std::filesystem::path> pending; // temporary files that exist, with the mutex
+
+} // namespace
 
 PendingFile::PendingFile(std::filesystem::path target)
     : target_(std::move(target)), temporary_(temporary_beside(target_)) {
     // Create the file here, so that an unwritable folder is reported by errno and not by an image library.
+    const std::lock_guard lock(pending_mutex);
     const int file = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0) fail(std::strerror(errno));
     close(file);
+    pending.insert(temporary_);
 }
 
 PendingFile::~PendingFile() {
-    if (!temporary_.empty()) unlink(temporary_.c_str());
+    if (temporary_.empty()) return;
+    const std::lock_guard lock(pending_mutex);
+    unlink(temporary_.c_str());
+    pending.erase(temporary_);
 }
 
 void PendingFile::commit() {
+    const std::lock_guard lock(pending_mutex);
     if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(std::strerror(errno));
+    pending.erase(temporary_);
     temporary_.clear();
+}
+
+void remove_pending_files() noexcept {
+    pending_mutex.lock();
+    for (const std::filesystem::path& file : pending)
+        unlink(file.c_str());
 }
 
 void PendingFile::fail(std::string_view why) const {

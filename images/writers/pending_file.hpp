@@ -31,6 +31,10 @@ private:
     std::filesystem::path temporary_;
 };
 
+/// Removes the temporary files of all PendingFiles, for good: who makes or ends one later waits for ever. For
+/// a thread that ends the process next. Thread-safe.
+void remove_pending_files() noexcept;
+
 /// Throws OutputError unless `directory` exists and a file can be created in it.
 void require_writable(const std::filesystem::path& directory);
 

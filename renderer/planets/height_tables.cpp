@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace obscura::renderer {
@@ -53,6 +54,20 @@ config::Section height_section(HeightTable& t) {
     return section;
 }
 
+/// Says of maps that fit the first one that covers the whole body, turned by half a turn only.
+void warn_of_half_turns(const terrain::SurfaceDomain& domain,
+                        const std::vector<terrain::HeightSource>& sources, terrain::MapFindings& found) {
+    const auto whole = std::find_if(sources.begin(), sources.end(),
+                                    [](const auto& source) { return source.raster.raster->whole(); });
+    for (const terrain::HeightSource& source : sources)
+        if (whole != sources.end() && &source != &*whole &&
+            fits_half_a_turn_away(domain, source.raster, whole->raster))
+            found.warnings.push_back(fmt::format(
+                "{}: its ground is that of {} half a turn away: one counts longitudes from 0 to 360 degrees, the other from -180 to 180. "
+                "Check left_deg and right_deg of both",
+                source.name, whole->name));
+}
+
 } // namespace
 
 config::List height_list(std::vector<HeightTable>& tables) {
@@ -72,7 +87,7 @@ std::string identity_of(const std::vector<HeightTable>& tables) {
 
 std::vector<std::shared_ptr<const terrain::HeightLayer>> open_heights(const std::vector<HeightTable>& tables,
                                                                       const terrain::SurfaceDomain& domain,
-                                                                      std::vector<std::string>& notes) {
+                                                                      terrain::MapFindings& found) {
     std::vector<terrain::HeightSource> sources;
     for (const HeightTable& table : tables) {
         terrain::HeightSource source;
@@ -82,12 +97,13 @@ std::vector<std::shared_ptr<const terrain::HeightLayer>> open_heights(const std:
         if (table.feather_m > 0) source.feather_m = table.feather_m;
         terrain::MapKeys map = table.map;
         map.file = table.file;
-        source.raster = terrain::open_map(map, domain, notes);
+        source.raster = terrain::open_map(map, domain, found);
         sources.push_back(std::move(source));
     }
+    warn_of_half_turns(domain, sources, found);
     terrain::HeightStack stack = terrain::make_height_stack(domain, std::move(sources));
     for (const terrain::Overlap& overlap : stack.overlaps)
-        notes.push_back(to_string(overlap));
+        found.notes.push_back(to_string(overlap));
     return std::move(stack.layers);
 }
 

@@ -5,6 +5,7 @@
 
 #include "config/section.hpp"
 #include "terrain/maps/height_stack.hpp"
+#include "terrain/maps/map_findings.hpp"
 #include "terrain/maps/map_source.hpp"
 #include "terrain/surface_domain.hpp"
 
@@ -33,6 +34,6 @@ struct HeightTable {
 /// is odd. Throws InputError.
 [[nodiscard]] std::vector<std::shared_ptr<const terrain::HeightLayer>>
 open_heights(const std::vector<HeightTable>& tables, const terrain::SurfaceDomain& domain,
-             std::vector<std::string>& notes);
+             terrain::MapFindings& found);
 
 } // namespace obscura::renderer

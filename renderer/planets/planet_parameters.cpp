@@ -108,7 +108,7 @@ std::shared_ptr<const Shape> make_relief(const std::string& surface, const terra
         settings.tiles.lost_slopes = relief.unresolved_slopes == UnresolvedSlopes::facets;
         if (relief.cells_per_face > 0) settings.fixed_level = level_of(relief.cells_per_face);
         std::vector<std::shared_ptr<const terrain::HeightLayer>> layers =
-            open_heights(relief.heights, domain, settings.notes);
+            open_heights(relief.heights, domain, settings.found);
         const double rock_cells = rock_cells_of(relief);
         const DetailLayers detail = make_detail(relief.detail, domain, !layers.empty(), rock_cells);
         layers.insert(layers.end(), detail.layers.begin(), detail.layers.end());

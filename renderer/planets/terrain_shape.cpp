@@ -52,7 +52,7 @@ TerrainShape::TerrainShape(const terrain::SurfaceDomain& domain,
       bounding_radius_m_(bounding_radius(tiles_)),
       rocks_(settings.rocks.forms.empty() ? nullptr
                                           : std::make_unique<const RockTracer>(tiles_, settings.rocks)),
-      notes_(settings.notes) {
+      found_(settings.found) {
     if (rocks_) tiles_.set_rocks(*rocks_);
 }
 

@@ -8,6 +8,7 @@
 #include "renderer/planets/tile_tracer.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "terrain/height_layer.hpp"
+#include "terrain/maps/map_findings.hpp"
 #include "terrain/surface_domain.hpp"
 
 #include <memory>
@@ -28,7 +29,7 @@ public:
         int fixed_level = -1;
         int query_level = 2;
         RockSettings rocks{};
-        std::vector<std::string> notes{}; ///< see Shape::notes()
+        terrain::MapFindings found{}; ///< see Shape::notes() and warnings()
     };
 
     /// Throws InputError if the layers' bounds are not those of a body.
@@ -51,7 +52,8 @@ public:
     bool unresolved_slopes(const HitPacket& hits, std::int32_t body, Doubles& squared) const override;
     [[nodiscard]] Vec3 up(Vec3 position_m) const override { return plane_ ? Vec3{0, 0, 1} : position_m; }
     [[nodiscard]] const SurfaceTiles* tiles() const override { return &tiles_; }
-    [[nodiscard]] std::vector<std::string> notes() const override { return notes_; }
+    [[nodiscard]] std::vector<std::string> notes() const override { return found_.notes; }
+    [[nodiscard]] std::vector<std::string> warnings() const override { return found_.warnings; }
 
     /// Which tiles lane `i` takes.
     [[nodiscard]] LevelChoice levels(const RayPacket& rays, int i) const;
@@ -80,7 +82,7 @@ private:
     Vec3 inverse_radii_;
     double bounding_radius_m_;
     std::unique_ptr<const RockTracer> rocks_; ///< null: there are none
-    std::vector<std::string> notes_;
+    terrain::MapFindings found_;
 };
 
 } // namespace obscura::renderer

@@ -76,6 +76,8 @@ public:
 
     /// Lines on what was found when its files were read, for people.
     [[nodiscard]] virtual std::vector<std::string> notes() const { return {}; }
+    /// Lines on what is probably wrong in them.
+    [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 
     /// Facets of the surface, by primitive; null: it is curved.
     [[nodiscard]] virtual const FacetSet* facets() const { return nullptr; }

@@ -5,6 +5,7 @@
 #include "renderer/packets/packet.hpp"
 #include "renderer/textures/band_weights.hpp"
 #include "renderer/textures/paged_texture.hpp"
+#include "terrain/maps/map_findings.hpp"
 #include "terrain/maps/patch_overlap.hpp"
 
 #include <fmt/format.h>
@@ -98,6 +99,10 @@ NestedAlbedo::NestedAlbedo(const SurfaceDomain& domain, std::vector<AlbedoSource
         } catch (const std::invalid_argument& error) {
             throw InputError(fmt::format("{}: {}", given.name, error.what()));
         }
+        notes_.push_back(fmt::format("{}: {} x {} samples, {} (east positive), albedo {:.4g} on average",
+                                     given.name, given.frame.width(), given.frame.height(),
+                                     edges_text(given.frame),
+                                     given.offset + given.gain * given.map.texture->mean(0)));
         compare(source, given.feather_m, source.feather_m);
         sources_.push_back(std::move(source));
     }

@@ -52,7 +52,7 @@ public:
     [[nodiscard]] bool grey() const { return grey_; }
     /// Mean over the body, first band.
     [[nodiscard]] double mean() const { return mean_; }
-    /// Lines on overlaps, for people.
+    /// Lines on edges and overlaps, for people.
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
     /// The textures of all maps.
     [[nodiscard]] std::vector<std::shared_ptr<const Texture>> textures() const;

@@ -99,6 +99,16 @@ SeenBody view_of_body(const BodyState& s, const Projection& lens, const scene::C
                        std::any_of(field.begin(), field.end(),
                                    [&](Vec3 edge) { return view_angle(edge, towards) <= half_rad; });
     }
+    out.sun_distance_m = length(s.sun_m);
+    if (!out.around_camera) {
+        const Vec3 up = normalized(s.shape->up(s.camera_m));
+        if (const double t = distance_along(*s.shape, s.camera_m, -up, s.detail_view()); t != no_hit) {
+            out.altitude_m = t;
+            const Vec3 ground = s.camera_m - up * t;
+            const double sine = dot(normalized(s.shape->up(ground)), normalized(s.sun_m - ground));
+            out.sun_elevation_rad = std::asin(std::clamp(sine, -1.0, 1.0));
+        }
+    }
     if (out.distance_m > 0)
         if (const double far = length(s.camera_m),
             t = distance_along(*s.shape, s.camera_m, s.camera_m / -far) * (out.distance_m / far);
@@ -124,6 +134,7 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
     out.field_y_rad = across(middle_x, -0.5, middle_x, camera.height - 0.5);
     out.pixel_rad = across(middle_x - 0.5, middle_y, middle_x + 0.5, middle_y);
 
+    out.sun_distance_m = length(row.sun_m - row.camera.position_m);
     const std::vector<Vec3> field = field_directions(lens, camera);
     for (std::size_t i = 0; i < row.bodies.size(); ++i) {
         const BodyState& s = row.bodies[i];
@@ -135,11 +146,15 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
         }
         body.name = scene.bodies[i].name;
         body.notes = s.shape->notes();
+        body.warnings = s.shape->warnings();
         if (s.built->textures) {
             const std::vector<std::string> more = s.built->textures->notes();
             body.notes.insert(body.notes.end(), more.begin(), more.end());
         }
-        if (scene.sun.irradiance_scale > 0) body.phase_rad = view_angle(s.sun_m, s.camera_m);
+        if (scene.sun.irradiance_scale > 0)
+            body.phase_rad = view_angle(s.sun_m, s.camera_m);
+        else
+            body.sun_elevation_rad.reset();
         out.bodies.push_back(std::move(body));
     }
     for (std::size_t i = 0; i < stars.numbers.size(); ++i) {

@@ -30,9 +30,17 @@ struct SeenBody {
     double extent_px = 0;              ///< of the bounding sphere; infinite: the camera is inside it
     double boresight_rad = 0;          ///< angle of its origin to the boresight
     std::optional<double> phase_rad{}; ///< angle Sun, body, camera; none without Sun
-    bool in_field = false;             ///< its bounding sphere reaches into the field
-    bool around_camera = false;        ///< the camera is inside its closed surface
-    std::vector<std::string> notes{};  ///< of its shape, see Shape::notes()
+    /// Height of the camera above the ground below it, towards the body's origin (of a plane, along z); none:
+    /// there is no ground, or the camera is inside.
+    std::optional<double> altitude_m{};
+    /// Elevation of the Sun's centre there, above the horizon of a sphere (plane); none without Sun or
+    /// ground.
+    std::optional<double> sun_elevation_rad{};
+    double sun_distance_m = 0;           ///< from its origin to the Sun's centre
+    bool in_field = false;               ///< its bounding sphere reaches into the field
+    bool around_camera = false;          ///< the camera is inside its closed surface
+    std::vector<std::string> notes{};    ///< of its shape and maps, see Shape::notes()
+    std::vector<std::string> warnings{}; ///< see Shape::warnings()
 };
 
 /// Field of view and what is in it.
@@ -41,6 +49,7 @@ struct View {
     double pixel_rad = 0;                    ///< angle of a pixel in the middle of the field
     std::vector<SeenBody> bodies;            ///< in the order of the scene, without the Sun
     bool sun_in_field = false;
+    double sun_distance_m = 0;          ///< from the camera to its centre
     std::size_t stars = 0;              ///< stars in the field, those behind bodies too
     std::optional<double> faintest_v{}; ///< Johnson V of the faintest of them
 };

@@ -31,6 +31,9 @@ MapLabel read_pds3(const std::filesystem::path& file, std::int64_t width, std::i
     MapLabel map;
     const images::PdsNumbers numbers = images::pds3_values(label);
     map.scale_m = metres_of_unit(numbers.unit).value_or(1);
+    map.number_scale = numbers.scale;
+    map.number_offset = numbers.offset;
+    map.states_scale = !numbers.unit.empty() || numbers.scale != 1 || numbers.offset != 0;
     const double radius = pds3_radii_m(label).x;
     const double offset = numbers.offset * map.scale_m;
     // With the reference radius as OFFSET the numbers are distances from the centre.
@@ -93,6 +96,7 @@ public:
         MapLabel map;
         map.scale_m = tags_.scale.value_or(1);
         map.offset_m = tags_.offset.value_or(0);
+        map.states_scale = tags_.scale || tags_.offset || !tags_.unit.empty();
         const double unit_m = metres_of_unit(tags_.unit).value_or(1);
         map.scale_m *= unit_m;
         map.offset_m *= unit_m;

@@ -60,8 +60,49 @@ void check_heights(const HeightRaster& raster, const SurfaceDomain& domain) {
                         least, largest, min_radius));
 }
 
-HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
-                        std::vector<std::string>& warnings) {
+/// Range, edges and assumptions of an open map, and what is odd about them. `states_scale`: the file has a
+/// unit or a scale.
+void report_map(const MapKeys& keys, const MapLabel& label, const SurfaceDomain& domain,
+                const HeightRaster& map, bool states_scale, MapFindings& found) {
+    const std::string name = keys.file.string();
+    const MapFrame& frame = map.raster->frame();
+    const SamplePyramid& samples = map.raster->samples();
+    const bool by_keys = keys.projection.has_value();
+    const bool keys_scale = keys.scale_m != 1 || keys.offset_m != 0;
+    const bool meaning_known = keys.meaning || label.meaning;
+    found.notes.push_back(fmt::format(
+        "{}: {} x {} samples, {} (by the {}, east positive), {}{} {:.8g} to {:.8g} m{}", name, frame.width(),
+        frame.height(), edges_text(frame), by_keys ? "keys" : "file's label",
+        map.meaning == HeightMeaning::radius ? "distances from the centre" : "heights",
+        meaning_known ? "" : " (assumed)", map.offset_m + map.scale_m * static_cast<double>(samples.least()),
+        map.offset_m + map.scale_m * static_cast<double>(samples.largest()),
+        states_scale && !keys_scale ? ", by the file's unit and scale"
+        : states_scale              ? ", by the file's unit and scale and those of the keys"
+        : keys_scale                ? ", by scale_m and offset_m of the keys"
+                                    : ", its numbers assumed to be metres without offset"));
+    if (by_keys && label.projection && label.transform)
+        if (const std::string text =
+                moved_from_label(frame, {*label.projection, *label.transform, label.registration,
+                                         frame.width(), frame.height()});
+            !text.empty())
+            found.warnings.push_back(fmt::format("{}: {}", name, text));
+    if (const std::string text = odd_relief(map, domain); !text.empty())
+        found.warnings.push_back(fmt::format("{}: {}", name, text));
+    for (const std::string& text : label.warnings)
+        found.warnings.push_back(fmt::format("{}: {}", name, text));
+}
+
+/// Phrase on an image whose numbers have their bytes the other way round; empty: they have not.
+std::string swapped_text(const images::Image& image, const MapLabel& label) {
+    const std::string type =
+        swapped_bytes(image.values, image.width, label.number_scale, label.number_offset);
+    if (type.empty()) return {};
+    return fmt::format(
+        "its numbers ({}) are noise as they are, and smooth with their bytes swapped: the file, or its label, has the wrong byte order",
+        type);
+}
+
+HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain, MapFindings& found) {
     const std::string name = keys.file.string();
     images::Image image = images::read_image(keys.file);
     const MapLabel label = read_map_label(keys.file, image.width, image.height);
@@ -82,6 +123,8 @@ HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
             largest = std::max(largest, v);
         }
     if (!(least <= largest)) throw std::invalid_argument("no pixel has data");
+    const std::string swapped = swapped_text(image, label);
+    if (!swapped.empty()) found.warnings.push_back(fmt::format("{}: {}", name, swapped));
     const double middle = std::round(0.5 * (least + largest));
     std::vector<float> samples(image.values.size());
     for (std::size_t i = 0; i < samples.size(); ++i)
@@ -94,11 +137,18 @@ HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
     const auto pyramid = std::make_shared<const MemoryPyramid>(image.width, image.height, std::move(samples));
     made.raster =
         std::make_shared<const Raster>(pyramid, map_frame(keys, label, domain, image.width, image.height));
-    warnings.insert(warnings.end(), label.warnings.begin(), label.warnings.end());
+    try {
+        check_heights(made, domain);
+    } catch (const std::invalid_argument&) {
+        // What explains impossible heights goes before them.
+        if (!swapped.empty()) throw std::invalid_argument(swapped);
+        throw;
+    }
+    report_map(keys, label, domain, made, label.states_scale, found);
     return made;
 }
 
-HeightRaster open_texture(const MapKeys& keys, const SurfaceDomain& domain) {
+HeightRaster open_texture(const MapKeys& keys, const SurfaceDomain& domain, MapFindings& found) {
     const auto file = std::make_shared<const ObtFile>(keys.file);
     const ObtMetadata& metadata = file->metadata();
     if (metadata.kind != ObtKind::heights || metadata.planes != 1)
@@ -116,6 +166,9 @@ HeightRaster open_texture(const MapKeys& keys, const SurfaceDomain& domain) {
     label.registration = metadata.registration;
     made.raster =
         std::make_shared<const Raster>(file, map_frame(keys, label, domain, metadata.width, metadata.height));
+    label.meaning = made.meaning; // which its header always states, as the unit
+    check_heights(made, domain);
+    report_map(keys, label, domain, made, true, found);
     return made;
 }
 
@@ -131,12 +184,10 @@ MapFrame map_frame(const MapKeys& keys, const MapLabel& label, const SurfaceDoma
     return frame;
 }
 
-HeightRaster open_map(const MapKeys& keys, const SurfaceDomain& domain, std::vector<std::string>& warnings) {
+HeightRaster open_map(const MapKeys& keys, const SurfaceDomain& domain, MapFindings& found) {
     try {
-        HeightRaster made =
-            ObtFile::is_one(keys.file) ? open_texture(keys, domain) : open_image(keys, domain, warnings);
-        check_heights(made, domain);
-        return made;
+        return ObtFile::is_one(keys.file) ? open_texture(keys, domain, found)
+                                          : open_image(keys, domain, found);
     } catch (const std::invalid_argument& error) {
         throw InputError(fmt::format("{}: {}", keys.file.string(), error.what()));
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "terrain/geometry/map_frame.hpp"
+#include "terrain/maps/map_findings.hpp"
 #include "terrain/maps/raster_layer.hpp"
 #include "terrain/surface_domain.hpp"
 
@@ -22,6 +23,9 @@ struct MapLabel {
     std::optional<HeightMeaning> meaning;
     /// Metres of a number as images/ reads it, and what is added.
     double scale_m = 1, offset_m = 0;
+    /// What images/ reads: number_offset + number_scale * number of the file.
+    double number_scale = 1, number_offset = 0;
+    bool states_scale = false; ///< it has a unit, a scale or an offset
     std::vector<std::string>
         warnings; ///< phrases, such as on numbers of the label that contradict each other
 };
@@ -55,9 +59,8 @@ struct MapKeys {
                                  std::int64_t width, std::int64_t height);
 
 /// Opens the file: an image (images/image.hpp) of at most max_memory_samples, or a giant texture (.obt).
-/// `domain`: the surface that heights count from. `warnings`: lines to report. Throws InputError with one
-/// line that names the file.
-[[nodiscard]] HeightRaster open_map(const MapKeys& keys, const SurfaceDomain& domain,
-                                    std::vector<std::string>& warnings);
+/// `domain`: the surface that heights count from. `found`: gets the lines to report. Throws InputError with
+/// one line that names the file.
+[[nodiscard]] HeightRaster open_map(const MapKeys& keys, const SurfaceDomain& domain, MapFindings& found);
 
 } // namespace obscura::terrain

@@ -2,6 +2,7 @@
 #include "terrain/obt/obt_writer.hpp"
 
 #include "core/error.hpp"
+#include "core/io/stop_reading.hpp"
 #include "terrain/obt/obt_reduction.hpp"
 #include "terrain/obt/obt_tile_writer.hpp"
 #include "terrain/obt/worker_team.hpp"
@@ -145,6 +146,8 @@ private:
                     static_cast<std::size_t>(kept) * static_cast<std::size_t>(out.columns);
                 source_.read(plane, out.x, out.y + kept, out.columns, out.rows - kept,
                              std::span(out.samples).subspan(first));
+            } catch (const ReadingStopped&) {
+                throw Interrupted{};
             } catch (...) {
                 throw SourceFailed{std::current_exception()};
             }

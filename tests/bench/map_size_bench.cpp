@@ -175,10 +175,10 @@ int main(int argc, char** argv) {
         {
             terrain::MapKeys keys;
             keys.file = file;
-            std::vector<std::string> warnings;
+            terrain::MapFindings found;
             TerrainShape::Settings settings;
             const TerrainShape shape(
-                domain, {std::make_shared<terrain::RasterLayer>(domain, open_map(keys, domain, warnings))},
+                domain, {std::make_shared<terrain::RasterLayer>(domain, open_map(keys, domain, found))},
                 settings);
             const SurfaceTiles::Pin pin = shape.tiles()->pin();
             shape.tiles()->make_pinned();

@@ -250,8 +250,8 @@ int main(int argc, char** argv) {
     if (map) {
         terrain::MapKeys keys;
         keys.file = *map;
-        std::vector<std::string> warnings;
-        layers.push_back(std::make_shared<terrain::RasterLayer>(domain, open_map(keys, domain, warnings)));
+        terrain::MapFindings found;
+        layers.push_back(std::make_shared<terrain::RasterLayer>(domain, open_map(keys, domain, found)));
     } else {
         layers.push_back(std::make_shared<FunctionLayer>(
             [](Vec3 p) { return radius_m * waves(p / radius_m); }, -0.0013 * radius_m, 0.0013 * radius_m));

@@ -75,10 +75,15 @@ def imported(*words, fails=False):
     return Texture(out), report
 
 
+def lines_of(said):
+    """What was said, without progress."""
+    return [line for line in said.splitlines() if not line.startswith("obscura: import map")]
+
+
 def refused(message, *words, status=66, **options):
     out = folder / "refused.obt"
     done = run(*words, "-o", out, status=status, **options)
-    check(f"{words}: one line", done.stderr.count("\n") == 1, done.stderr)
+    check(f"{words}: one line", len(lines_of(done.stderr)) == 1, done.stderr)
     check(f"{words}: {message!r}", message in done.stderr, done.stderr)
     left = [f.name for f in folder.iterdir() if f.name.startswith("refused")]
     check(f"{words}: nothing is left", not left, left)
@@ -492,10 +497,10 @@ while len(header := sys.stdin.buffer.read(16)) == 16:
     slowly = {"env": {**os.environ, "OBSCURA_GDAL": str(slow)}, "stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     command = [obscura, "import", "map", str(label), "-o", str(out), "--title", "large", "--planar", "10"]
 
-    def begun():
+    def begun(least_bytes=0):
         until = time.monotonic() + 60
         process = subprocess.Popen(command, **slowly)
-        while not list(folder.glob("larger.obt*")) and time.monotonic() < until and process.poll() is None:
+        while not [f for f in folder.glob("larger.obt*") if f.stat().st_blocks * 512 >= least_bytes] and time.monotonic() < until and process.poll() is None:
             time.sleep(0.01)
         return process
 
@@ -503,7 +508,7 @@ while len(header := sys.stdin.buffer.read(16)) == 16:
     for pid in children(started.pid):
         os.kill(pid, signal.SIGKILL)
     _, said = started.communicate(timeout=120)
-    check("helper killed: one line", started.returncode == 66 and said.count("\n") == 1 and "signal 9" in said, said)
+    check("helper killed: one line", started.returncode == 66 and len(lines_of(said)) == 1 and "signal 9" in said, said)
     check("helper killed: nothing is left", not list(folder.glob("larger.obt*")), list(folder.glob("larger.obt*")))
     # A helper that answers no more.
     hung = folder / "hung"
@@ -523,10 +528,10 @@ while len(header := sys.stdin.buffer.read(16)) == 16:
     # The file for filling holes is the first that is too long.
     refused("cannot be written", geotiff("largeholes", holes, "-a_nodata", "-9999", srs=None, corners=None), "--planar", "10", "--fill", "gaussian", status=74, preexec_fn=small_files, restore_signals=False)
     # Interrupted, and gone on with: the same bytes.
-    started = begun()
+    started = begun(1 << 20)
     started.send_signal(signal.SIGINT)
     _, said = started.communicate(timeout=120)
-    check("interrupted: said", started.returncode == 1 and "the same command goes on" in said, said)
+    check("interrupted: said", started.returncode == -signal.SIGINT and "the same command goes on" in said, said)
     check("interrupted: not there yet", not out.exists() and (folder / "larger.obt.part").exists())
     resumed = json.loads(run(*command[3:], "--json").stdout)
     check("gone on with what was done", resumed["resumed_tiles"] > 0, resumed["resumed_tiles"])

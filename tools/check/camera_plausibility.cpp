@@ -111,7 +111,7 @@ std::optional<SignalFigures> signal_of_frame(const emulator::DaemonConfig& confi
 }
 
 void add_estimates(Plausibility& plausibility, const emulator::DaemonConfig& config,
-                   const emulator::Imaging& imaging, double limit_s) {
+                   const emulator::Imaging& imaging, double limit_s, const RowsDone& rows_done) {
     const FrameRef frame = imaging.pool->acquire();
     const emulator::FrameOrder order = imaging.nominal_order(1);
     if (!imaging.maker->prepare(order, *frame).empty()) return;
@@ -137,7 +137,7 @@ void add_estimates(Plausibility& plausibility, const emulator::DaemonConfig& con
                                            .rows = plan.rows,
                                            .push_broom = config.sensor.readout.shutter == Shutter::push_broom,
                                            .block_rows = config.render.band_rows},
-                                          limit_s, expose);
+                                          limit_s, expose, rows_done);
     conversion.finish(brightest_e, saturated, pixels);
     conversion.figures.rows_share = cost.share;
     conversion.set_obtained(plan.windows.front());
@@ -149,17 +149,20 @@ void add_estimates(Plausibility& plausibility, const emulator::DaemonConfig& con
     plausibility.add_rendering(figures_of(cost, threads));
 }
 
-void add_estimates(Plausibility& plausibility, const renderer::Renderer& renderer, double limit_s) {
+void add_estimates(Plausibility& plausibility, const renderer::Renderer& renderer, double limit_s,
+                   const RowsDone& rows_done) {
     const scene::Camera& camera = renderer.scene().camera;
     FrameWindow window;
     window.sensor = {0, 0, camera.width, camera.height};
     const std::vector<RowTime> rows(static_cast<std::size_t>(camera.height));
     float brightest = 0;
-    const FrameCost cost = estimate_frame(renderer, {.windows = {&window, 1}, .rows = rows}, limit_s,
-                                          [&](std::span<const float> light, std::span<const RowTime>) {
-                                              for (const float value : light)
-                                                  brightest = std::max(brightest, value);
-                                          });
+    const FrameCost cost = estimate_frame(
+        renderer, {.windows = {&window, 1}, .rows = rows}, limit_s,
+        [&](std::span<const float> light, std::span<const RowTime>) {
+            for (const float value : light)
+                brightest = std::max(brightest, value);
+        },
+        rows_done);
     const bool radiance = renderer.scene().quantity == scene::Quantity::radiance;
     if (cost.share > 0)
         plausibility.add_light(static_cast<double>(brightest), radiance ? "W m-2 sr-1" : "W/m2", cost.share);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "emulator/unit/assemble.hpp"
+#include "tools/check/frame_estimate.hpp"
 #include "tools/check/plausibility.hpp"
 
 #include <optional>
@@ -23,12 +24,13 @@ namespace obscura::tools {
 [[nodiscard]] std::optional<SignalFigures> signal_of_frame(const emulator::DaemonConfig& config,
                                                            const Frame& frame);
 
-/// Renders the first frame, or as much of it as about `limit_s` allow, and adds its signal and its rendering
-/// time; the signal as signal_of_frame().
+/// Renders the first frame as estimate_frame() does, and adds its signal and its rendering time; the signal
+/// as signal_of_frame().
 void add_estimates(Plausibility& plausibility, const emulator::DaemonConfig& config,
-                   const emulator::Imaging& imaging, double limit_s);
+                   const emulator::Imaging& imaging, double limit_s, const RowsDone& rows_done);
 
 /// As add_estimates(), of a scene without a sensor.
-void add_estimates(Plausibility& plausibility, const renderer::Renderer& renderer, double limit_s);
+void add_estimates(Plausibility& plausibility, const renderer::Renderer& renderer, double limit_s,
+                   const RowsDone& rows_done);
 
 } // namespace obscura::tools

@@ -60,8 +60,10 @@ private:
     std::thread thread_;
 };
 
-/// For the tiles of all blocks.
-constexpr double max_loading_s = 20;
+/// For a terrain's first frame, which makes its tiles: what takes longer is judged by a part of its rows.
+constexpr double max_first_frame_s = 300;
+/// Rows of its blocks, after each of which progress is told.
+constexpr std::int32_t first_frame_rows = 64;
 
 struct Block {
     const FrameWindow* window;
@@ -86,23 +88,6 @@ std::vector<Block> blocks_of(const EstimatedFrame& frame, std::int32_t block_row
         if (reversed < in_order.size()) out.push_back(in_order[reversed]);
     }
     return out;
-}
-
-/// Makes the tiles of terrains that the block needs, which stay for later frames: no cost of a frame. False:
-/// `left_s`, from which it takes its time, was not enough.
-bool load_tiles(const renderer::Renderer& renderer, const EstimatedFrame& frame, const Block& block,
-                double& left_s) {
-    renderer::RenderRequest request;
-    request.window = block.window->sensor;
-    request.frame_id = 1;
-    request.first_row = block.first;
-    request.rows = block.rows;
-    request.row_times = frame.rows.subspan(static_cast<std::size_t>(block.window->image_y + block.first),
-                                           static_cast<std::size_t>(block.rows));
-    const Stopwatch watch;
-    const bool done = renderer.load_tiles(request, [&](double) { return watch.seconds() < left_s; });
-    left_s -= watch.seconds();
-    return done;
 }
 
 /// Renders the block into `values`; false when cancelled.
@@ -138,7 +123,7 @@ bool render_block(const renderer::Renderer& renderer, const EstimatedFrame& fram
 } // namespace
 
 FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFrame& frame, double limit_s,
-                         const UseRows& use) {
+                         const UseRows& use, const RowsDone& rows_done) {
     std::int64_t all_rows = 0;
     for (const FrameWindow& window : frame.windows)
         all_rows += window.sensor.height;
@@ -148,15 +133,29 @@ FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFram
         return static_cast<double>(rows) / static_cast<double>(all_rows);
     };
     constexpr std::int32_t probe_rows = 16;
-    double loading_left_s = max_loading_s;
     std::vector<float> values;
+    const auto use_block = [&](const Block& block) {
+        use(values, frame.rows.subspan(static_cast<std::size_t>(block.window->image_y + block.first),
+                                       static_cast<std::size_t>(block.rows)));
+        return rows_done(share_of(block.rows));
+    };
+
+    // A terrain is judged by its first frame, which makes the tiles; later ones are timed.
+    const bool terrain = !renderer.terrain_tiles().empty();
+    if (terrain) {
+        const Deadline deadline(max_first_frame_s);
+        std::int64_t judged = 0;
+        for (const Block& block : blocks_of(frame, std::min(first_frame_rows, frame.block_rows))) {
+            if (!render_block(renderer, frame, block, deadline.passed(), values)) break;
+            judged += block.rows;
+            if (!use_block(block)) break;
+        }
+        cost.share = share_of(judged);
+    }
 
     // A first block says whether the whole frame fits into the time; it also warms up the threads.
     const std::int32_t small = std::min(probe_rows, frame.block_rows);
     const Block probe = blocks_of(frame, small).front();
-    load_tiles(renderer, frame, probe, loading_left_s);
-    const bool terrain = renderer.tiles_made() > 0;
-    if (terrain) render_block(renderer, frame, probe, Deadline(limit_s).passed(), values);
     const Stopwatch first;
     const bool ready = render_block(renderer, frame, probe, Deadline(limit_s).passed(), values);
     const double first_s = first.seconds(), first_cpu_s = first.cpu_s();
@@ -164,17 +163,16 @@ FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFram
     cost.cpu_s = first_cpu_s / share_of(probe.rows);
     cost.at_least = !ready;
     if (!ready) return cost;
-    // The tiles of a terrain may take too long: some rows are better than none.
-    const bool whole = cost.seconds < limit_s && !terrain;
+    const bool whole = cost.seconds < limit_s;
 
     std::int64_t done = 0;
     double seconds = 0, cpu_s = 0;
+    bool go_on = true;
     const auto take = [&](const Block& block, double took_s, double took_cpu_s) {
         done += block.rows;
         seconds += took_s;
         cpu_s += took_cpu_s;
-        use(values, frame.rows.subspan(static_cast<std::size_t>(block.window->image_y + block.first),
-                                       static_cast<std::size_t>(block.rows)));
+        if (!terrain) go_on = use_block(block);
     };
     std::vector<Block> blocks = blocks_of(frame, whole ? frame.block_rows : small);
     if (!whole) {
@@ -182,27 +180,16 @@ FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFram
         blocks.erase(blocks.begin());
     }
     for (const Block& block : blocks) {
-        if (!load_tiles(renderer, frame, block, loading_left_s)) break;
-        bool rendered = false;
-        double took_s = 0, took_cpu_s = 0;
-        // A few tiles that rays take at random are made while it is rendered, which takes as long as many
-        // rows.
-        for (int attempt = 0; attempt < 3; ++attempt) {
-            const std::uint64_t made = renderer.tiles_made();
-            const Stopwatch watch;
-            rendered =
-                render_block(renderer, frame, block, Deadline(limit_s - first_s - seconds).passed(), values);
-            took_s = watch.seconds();
-            took_cpu_s = watch.cpu_s();
-            if (!rendered || renderer.tiles_made() == made) break;
-        }
-        if (!rendered) break;
-        take(block, took_s, took_cpu_s);
+        if (!go_on) break;
+        const Stopwatch watch;
+        if (!render_block(renderer, frame, block, Deadline(limit_s - first_s - seconds).passed(), values))
+            break;
+        take(block, watch.seconds(), watch.cpu_s());
     }
     if (done == 0) return cost; // one large block, which was not ready in time
-    cost.share = share_of(done);
-    cost.seconds = seconds / cost.share;
-    cost.cpu_s = cpu_s / cost.share;
+    if (!terrain) cost.share = share_of(done);
+    cost.seconds = seconds / share_of(done);
+    cost.cpu_s = cpu_s / share_of(done);
     return cost;
 }
 

@@ -24,14 +24,20 @@ struct FrameCost {
     double seconds = 0;    ///< as the machine is loaded
     double cpu_s = 0;      ///< of all threads
     bool at_least = false; ///< not even one block was ready in time
-    double share = 0;      ///< of the rows, 0 to 1
+    double share = 0;      ///< of the rows whose light was used, 0 to 1
 };
 
 /// Receives the irradiance of some rows: bands x rows x columns, and the rows' times.
 using UseRows = std::function<void(std::span<const float> irradiance, std::span<const RowTime> rows)>;
 
-/// Renders blocks of rows all over the frame until all are done or about `limit_s` have passed.
+/// Told after each block whose light was used which share of the frame's rows it has; ends the estimate by
+/// returning false.
+using RowsDone = std::function<bool(double share)>;
+
+/// Renders blocks of rows all over the frame until all are done or about `limit_s` have passed. A frame with
+/// a terrain is rendered twice: first whole, as long as that takes up to 5 minutes, which makes the tiles and
+/// gives the light; then within `limit_s` for the time that later frames take.
 [[nodiscard]] FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFrame& frame,
-                                       double limit_s, const UseRows& use);
+                                       double limit_s, const UseRows& use, const RowsDone& rows_done);
 
 } // namespace obscura::tools

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/check/plausibility.hpp"
 
+#include "core/solar_spectrum.hpp"
 #include "core/text/printable.hpp"
 #include "ephemeris/time/calendar.hpp"
 #include "ephemeris/time/time_scale.hpp"
@@ -30,6 +31,9 @@ constexpr double dot_px = 4;                   ///< smaller meshes are dots
 constexpr double small_mesh_m = 60;            ///< smaller than bodies in space, larger than many in km
 constexpr double resolved_px = 4;              ///< found in any part of a frame's rows
 constexpr double saturated_share_limit = 0.05; ///< of the pixels
+constexpr double nearest_sun_au = 0.04;        ///< Parker Solar Probe's perihelion is at 0.046
+constexpr double farthest_planet_au = 60;
+constexpr double low_altitude_radii = 20; ///< of the bounding sphere, up to which a height is worth a word
 constexpr std::size_t max_checked_instants = 32;
 
 double degrees(double rad) {
@@ -41,7 +45,7 @@ double arcsec(double rad) {
 
 /// A length with the unit in which it is easily read.
 std::string length_text(double m) {
-    constexpr double au_m = 149597870700.0;
+    constexpr double au_m = astronomical_unit_m;
     if (!std::isfinite(m)) return "-";
     if (m >= 0.1 * au_m) return fmt::format("{:.4g} au", m / au_m);
     if (m >= 10'000) return fmt::format("{:.4g} km", m / 1000);
@@ -57,6 +61,10 @@ std::string duration_text(double ms) {
 }
 std::string field_text(const renderer::View& view) {
     return fmt::format("{} x {}", angle_text(view.field_x_rad), angle_text(view.field_y_rad));
+}
+/// Says that a figure is of a part of the rows.
+std::string share_text(double rows_share) {
+    return rows_share < 1 ? fmt::format(" (in {:.2g} % of the rows)", 100 * rows_share) : "";
 }
 std::string in_quotes(const std::string& name) {
     return fmt::format("\"{}\"", name);
@@ -101,7 +109,10 @@ Plausibility::Plausibility(std::string camera, const renderer::Renderer& rendere
         resolved_ = resolved_ || (body.in_field && body.extent_px >= resolved_px);
     judge_lens(renderer.scene().camera);
     judge_date(renderer.scene());
+    sun_scale_ = renderer.scene().sun.irradiance_scale;
+    judge_maps();
     if (!posed_) return;
+    judge_sun(renderer.scene());
     judge_presets(renderer.scene());
     judge_ages(renderer.scene(), frames_s.front());
     judge_bodies(renderer.scene(), views);
@@ -149,6 +160,42 @@ void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
         add("pose_age", aged.text() + ". Check the scene's epoch and daemon.scene_start_s");
     for (std::string& text : renderer::instant_attitudes(scene))
         add("attitude_instant", std::move(text));
+}
+
+void Plausibility::judge_maps() {
+    for (const renderer::SeenBody& body : view_.bodies)
+        for (const std::string& text : body.warnings)
+            add("map", fmt::format("{}: {}", in_quotes(body.name), text));
+}
+
+void Plausibility::judge_sun(const scene::Scene& scene) {
+    if (!(sun_scale_ > 0)) return;
+    const auto inside = std::find_if(view_.bodies.begin(), view_.bodies.end(), [&](const auto& body) {
+        return body.sun_distance_m < scene.sun.radius_m;
+    });
+    const bool camera_inside = view_.sun_distance_m < scene.sun.radius_m;
+    const double distance_m =
+        inside != view_.bodies.end() && !camera_inside ? inside->sun_distance_m : view_.sun_distance_m;
+    const double distance_au = distance_m / astronomical_unit_m;
+    // Kilometres that were given as metres.
+    std::string cure = "Check its position_m";
+    const double given_au = scene.sun.path ? distance_au : length(scene.sun.position_m) / astronomical_unit_m;
+    const bool in_km = given_au * 1000 > nearest_sun_au && given_au * 1000 < farthest_planet_au;
+    if (in_km)
+        cure = fmt::format("Is its position_m in kilometres? 1000 times as large it is {:.4g} au long",
+                           given_au * 1000);
+    if (camera_inside || inside != view_.bodies.end())
+        add("inside_sun", fmt::format("{} is inside the Sun, {} from its centre, its radius is {}. {}",
+                                      camera_inside ? "the camera" : in_quotes(inside->name),
+                                      length_text(distance_m), length_text(scene.sun.radius_m), cure));
+    else if (distance_au < nearest_sun_au && in_km)
+        add("sun_unit", fmt::format("the Sun is {} from the camera and gives {:.4g} W/m2 there. {}",
+                                    length_text(distance_m), sun_w_m2(distance_m), cure));
+}
+
+double Plausibility::sun_w_m2(double distance_m) const {
+    const double au = distance_m / astronomical_unit_m;
+    return sun_scale_ * solar_band_irradiance_w_m2(solar_spectrum_from_m, solar_spectrum_to_m) / (au * au);
 }
 
 void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views) {
@@ -254,8 +301,8 @@ void Plausibility::add_signal(const SignalFigures& signal) {
                 : fmt::format("try exposure_us = {:.3g} (now {:.6g})", fitting_us, signal.exposure_us);
         add("saturated",
             fmt::format(
-                "{:.0f} % of the pixels are saturated, the brightest would be at {:.3g} times the range: {}",
-                100 * signal.saturated_share, over, cure));
+                "{:.0f} % of the pixels are saturated{}, the brightest would be at {:.3g} times the range: {}",
+                100 * signal.saturated_share, share_text(signal.rows_share), over, cure));
     }
 }
 
@@ -269,6 +316,7 @@ void Plausibility::judge_light(double brightest, double rows_share) {
 void Plausibility::add_light(double brightest, std::string_view unit, double rows_share) {
     light_ = brightest;
     light_unit_ = unit;
+    light_share_ = rows_share;
     judge_light(brightest, rows_share);
 }
 
@@ -312,6 +360,10 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
     };
     line("field of view", field_text(view_));
     line("pixel scale", fmt::format("{:.4g} arcsec", arcsec(view_.pixel_rad)));
+    line("Sun", sun_scale_ > 0
+                    ? fmt::format("{:.4g} au away, {:.4g} W/m2 at the camera (200 nm to 4 um)",
+                                  view_.sun_distance_m / astronomical_unit_m, sun_w_m2(view_.sun_distance_m))
+                    : "none");
     constexpr std::size_t max_bodies = 12;
     for (std::size_t i = 0; i < std::min(max_bodies, view_.bodies.size()); ++i) {
         const renderer::SeenBody& b = view_.bodies[i];
@@ -325,6 +377,13 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
             text +=
                 fmt::format(", outside the field ({:.4g} deg from the boresight)", degrees(b.boresight_rad));
         line("body " + b.name, std::move(text));
+        if (b.altitude_m && *b.altitude_m < low_altitude_radii * b.extent_m / 2)
+            line("ground of " + b.name,
+                 fmt::format("{} below the camera{}", length_text(*b.altitude_m),
+                             b.sun_elevation_rad ? fmt::format(", where the Sun is {:.4g} deg {} the horizon",
+                                                               std::abs(degrees(*b.sun_elevation_rad)),
+                                                               *b.sun_elevation_rad < 0 ? "below" : "above")
+                                                 : ""));
         for (const std::string& note : b.notes)
             line("maps of " + b.name, note);
     }
@@ -340,12 +399,12 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
         line("brightest signal",
              fmt::format("{:.4g} e-, {:.3g} % of full well ({:.4g} e-), {:.4g} of {:.0f} DN{}", s.brightest_e,
                          100 * s.brightest_e / s.full_well_e, s.full_well_e,
-                         std::min(s.brightest_dn, s.max_dn), s.max_dn,
-                         s.rows_share < 1 ? fmt::format(" (in {:.2g} % of the rows)", 100 * s.rows_share)
-                                          : ""));
-        line("saturated", fmt::format("{:.2g} % of the pixels", 100 * s.saturated_share));
+                         std::min(s.brightest_dn, s.max_dn), s.max_dn, share_text(s.rows_share)));
+        line("saturated",
+             fmt::format("{:.2g} % of the pixels{}", 100 * s.saturated_share, share_text(s.rows_share)));
     }
-    if (light_) line("brightest pixel", fmt::format("{:.4g} {}", *light_, light_unit_));
+    if (light_)
+        line("brightest pixel", fmt::format("{:.4g} {}{}", *light_, light_unit_, share_text(light_share_)));
     if (times_)
         line("readout", fmt::format("{}, a frame in {} at least{}", duration_text(times_->readout_ms),
                                     duration_text(times_->shortest_period_ms),
@@ -370,6 +429,9 @@ std::string Plausibility::json() const {
     if (!camera_.empty()) out["camera"] = camera_;
     out["field_of_view_deg"] = {degrees(view_.field_x_rad), degrees(view_.field_y_rad)};
     out["pixel_scale_arcsec"] = arcsec(view_.pixel_rad);
+    if (sun_scale_ > 0)
+        out["sun"] = {{"distance_au", number(view_.sun_distance_m / astronomical_unit_m)},
+                      {"irradiance_w_m2", number(sun_w_m2(view_.sun_distance_m))}};
     out["bodies"] = Json::array();
     for (const renderer::SeenBody& b : view_.bodies) {
         Json body = Json::object();
@@ -382,6 +444,9 @@ std::string Plausibility::json() const {
         body["boresight_deg"] = number(degrees(b.boresight_rad));
         body["in_field"] = b.in_field;
         body["around_camera"] = b.around_camera;
+        body["altitude_m"] = optional(b.altitude_m);
+        body["sun_elevation_deg"] = b.sun_elevation_rad ? number(degrees(*b.sun_elevation_rad)) : Json();
+        body["sun_distance_au"] = number(b.sun_distance_m / astronomical_unit_m);
         if (!b.notes.empty()) body["notes"] = b.notes;
         out["bodies"].push_back(std::move(body));
     }
@@ -396,7 +461,9 @@ std::string Plausibility::json() const {
                          {"full_scale_dn", number(signal_->max_dn)},
                          {"saturated_share", number(signal_->saturated_share)},
                          {"rows_share", number(signal_->rows_share)}};
-    if (light_) out["brightest_pixel"] = {{"value", number(*light_)}, {"unit", light_unit_}};
+    if (light_)
+        out["brightest_pixel"] = {
+            {"value", number(*light_)}, {"unit", light_unit_}, {"rows_share", number(light_share_)}};
     if (times_)
         out["timing"] = {{"trigger_period_ms", optional(times_->period_ms)},
                          {"shortest_period_ms", number(times_->shortest_period_ms)},

@@ -87,8 +87,14 @@ private:
     /// Reports presets of materials that are used beyond what they are known for.
     void judge_presets(const scene::Scene& scene);
     void judge_date(const scene::Scene& scene);
+    /// Reports what is odd about the maps of bodies.
+    void judge_maps();
+    /// Reports a Sun that is improbably near, or that camera or bodies are in.
+    void judge_sun(const scene::Scene& scene);
     void judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views);
     void judge_field(const scene::Scene& scene, std::span<const renderer::View> views);
+    /// Irradiance of the Sun at a distance from it, in the range of its table.
+    [[nodiscard]] double sun_w_m2(double distance_m) const;
     void judge_dark(std::string text, double rows_share);
     void add(std::string_view what, std::string text);
 
@@ -96,10 +102,12 @@ private:
     renderer::View view_;
     bool posed_ = true;
     bool resolved_ = false; ///< a body of several pixels is in the field
+    double sun_scale_ = 0;  ///< factor on the Sun's irradiance
     scene::StarTotals catalogue_;
     std::optional<SignalFigures> signal_;
     std::optional<double> light_;
     std::string light_unit_;
+    double light_share_ = 1;
     std::optional<TimeFigures> times_;
     std::optional<RenderFigures> rendering_;
     std::vector<Oddity> oddities_;

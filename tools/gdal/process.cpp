@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/io/input_file.hpp"
 #include "core/io/path_state.hpp"
+#include "core/io/stop_reading.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,6 +22,9 @@
 
 namespace obscura::tools {
 namespace {
+
+/// How often it is asked whether to stop.
+constexpr std::int64_t stop_check_ms = 100;
 
 /// Body of the child: becomes the helper.
 [[noreturn]] void become_helper(const char* program, int in, int out, pid_t parent, std::uint64_t memory) {
@@ -131,7 +135,13 @@ void GdalProcess::wait(int fd, short events, const std::string& name) {
                             name, std::chrono::duration<double>(limits_.answer).count()));
         }
         pollfd wanted{fd, events, 0};
-        const int n = poll(&wanted, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 60'000)));
+        const int n = poll(&wanted, 1, static_cast<int>(std::min<std::int64_t>(left.count(), stop_check_ms)));
+        try {
+            check_reading();
+        } catch (const ReadingStopped&) {
+            stop(); // what it still sends answers nothing
+            throw;
+        }
         if (n > 0) return;
         if (n < 0 && errno != EINTR) lost(name);
     }

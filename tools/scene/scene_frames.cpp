@@ -113,7 +113,7 @@ bool SceneFrames::render_pass(std::uint64_t frame_id,
         band_variance_.resize(values);
         request.samples = band_samples_;
         request.variance = band_variance_;
-        renderer_.render(request, band_);
+        if (!renderer_.render(request, band_, &host::interrupt_flag())) return false;
         const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(region_.width);
         for (std::size_t i = 0; i < values; ++i) {
             samples_[at + i] = band_samples_[i] + (first_pass ? 0.0F : samples_[at + i]);
@@ -135,7 +135,7 @@ bool SceneFrames::trace_aovs() {
     request.window = region_;
     request.rows = region_.height;
     request.row_times = times;
-    with_aovs_ = !host::interrupted() && renderer_.render_aovs(request, aov_values_);
+    with_aovs_ = !host::interrupted() && renderer_.render_aovs(request, aov_values_, &host::interrupt_flag());
     return with_aovs_;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/scene/terrain_source.hpp"
 
+#include "core/io/stop_reading.hpp"
 #include "terrain/cube_sphere.hpp"
 
 #include <algorithm>
@@ -96,7 +97,8 @@ void TerrainSource::read(std::uint32_t /*plane*/, std::int64_t x, std::int64_t y
         try {
             for (int block = next++; block < across * down; block = next++)
                 for (int row = block / across * block_edge;
-                     row < std::min(rows, (block / across + 1) * block_edge); ++row)
+                     row < std::min(rows, (block / across + 1) * block_edge); ++row) {
+                    check_reading();
                     for (int column = block % across * block_edge;
                          column < std::min(columns, (block % across + 1) * block_edge); ++column)
                         out[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
@@ -104,6 +106,7 @@ void TerrainSource::read(std::uint32_t /*plane*/, std::int64_t x, std::int64_t y
                             static_cast<float>(
                                 height_m({static_cast<double>(x + column), static_cast<double>(y + row)},
                                          scratch, last));
+                }
         } catch (...) {
             const std::lock_guard lock(mutex);
             error = std::current_exception();

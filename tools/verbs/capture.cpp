@@ -106,8 +106,9 @@ public:
                 frame = imaging.pool->acquire();
                 const emulator::FrameOrder order = imaging.nominal_order(id);
                 imaging.maker->set_levels(levels.of(id));
-                if (const std::string refusal = imaging.maker->make(order, *frame); !refusal.empty())
+                if (const std::string refusal = imaging.maker->prepare(order, *frame); !refusal.empty())
                     throw ConfigError(fmt::format("{}: {}", config_, refusal));
+                if (!imaging.maker->fill(*frame, nullptr, &host::interrupt_flag())) break;
                 frame_ms.push_back(
                     std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
                         .count());

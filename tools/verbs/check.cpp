@@ -6,6 +6,7 @@
 #include "core/text/printable.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/unit/assemble.hpp"
+#include "host/interrupt.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
@@ -13,6 +14,7 @@
 #include "tools/check/camera_plausibility.hpp"
 #include "tools/check/device_check.hpp"
 #include "tools/check/report.hpp"
+#include "tools/scene/progress.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -70,7 +72,9 @@ public:
             "For what is free of mistakes it prints figures to judge it by: field of view, extent, distance, size in pixels and phase angle of each body, stars in the field, the brightest expected signal, readout and rendering time. "
             "What is odd is a warning on standard error: what, the figure, and what to try; "
             "the exit status stays 0 without --strict. "
-            "Signal and rendering time are estimated by rendering a frame, or for about 2 seconds as many of its rows as this machine can, the making of a terrain's tiles apart. "
+            "Signal and rendering time are estimated by rendering a frame, or for about 2 seconds as many of its rows as this machine can; "
+            "with a terrain the first frame whole, whose tiles are made for it as obscura capture makes them, unless that takes more than 5 minutes. "
+            "What is judged by a part of the rows says so. "
             "Opens no device and no socket without --devices.";
         line.positional(
             "FILE", &file_,
@@ -111,7 +115,7 @@ public:
             const std::string summary = describe(scene);
             const renderer::Renderer built(std::move(scene), {});
             Plausibility view("", built, instants_of(built.scene(), 0));
-            if (!quick_) add_estimates(view, built, estimate_s);
+            if (!quick_) estimate(view, built, estimate_s);
             judged_.push_back(std::move(view));
             return finish("scene", summary);
         }
@@ -128,7 +132,7 @@ public:
             Plausibility view =
                 view_of_camera(config.several ? fmt::format("camera[{}]", i) : "", camera, built);
             view.add_times(times_of_camera(camera, built));
-            if (!quick_) add_estimates(view, camera, built, estimate_s / static_cast<double>(cameras.size()));
+            if (!quick_) estimate(view, camera, built, estimate_s / static_cast<double>(cameras.size()));
             judged_.push_back(std::move(view));
         }
         if (devices_) trials_ = try_devices(config);
@@ -151,6 +155,22 @@ private:
         throw InputError(
             fmt::format("{}: {}", printable(file_),
                         config::explain_missing({config::shipped_sensors, config::shipped_scenes}, file_)));
+    }
+
+    /// add_estimates() with its progress. Throws Error when interrupted.
+    template<typename... Camera>
+    static void estimate(Plausibility& view, const Camera&... camera) {
+        {
+            constexpr double thousandths = 1000;
+            Progress progress("check: first frame", static_cast<std::uint64_t>(thousandths));
+            double done = 0;
+            add_estimates(view, camera..., [&](double share) {
+                done += share;
+                progress.done(static_cast<std::uint64_t>(thousandths * done));
+                return !host::interrupted();
+            });
+        }
+        if (host::interrupted()) throw Error(exit_failure, "obscura check: interrupted");
     }
 
     static std::string describe(const scene::Scene& scene) {

@@ -6,6 +6,7 @@
 #include "host/command_line.hpp"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -20,6 +21,11 @@ public:
     virtual void declare(host::CommandLine& line) = 0;
     /// Executes the verb and returns the exit status. Throws Error with a one-line message.
     virtual int run() = 0;
+    /// Whether it runs until it is told to end: it shows no progress, and its status after an interrupt is
+    /// its own.
+    [[nodiscard]] virtual bool runs_until_told() const { return false; }
+    /// Exit status after an interrupt; none: that of the signal.
+    [[nodiscard]] virtual std::optional<int> interrupted_status() const { return std::nullopt; }
 };
 
 struct VerbEntry {

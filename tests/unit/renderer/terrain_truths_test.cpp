@@ -177,7 +177,7 @@ TEST_CASE("The limb is the highest of the map's great circle") {
     SceneTruth truth;
     r.list_truth(request, truth);
     // The map's own heights, without tiles, over the half plane of each limb point.
-    std::vector<std::string> notes;
+    terrain::MapFindings notes;
     const auto domain = SurfaceDomain::ellipsoid(planet.radii_m);
     const auto layers = renderer::open_heights(planet.relief.heights, domain, notes);
     const Vec3 axis = -normalized(eye);

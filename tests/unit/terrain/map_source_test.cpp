@@ -35,11 +35,11 @@ Vec3 direction(double longitude_deg, double latitude_deg) {
             std::sin(latitude_deg * degree)};
 }
 
-HeightRaster open(const std::filesystem::path& file, std::vector<std::string>* warnings = nullptr) {
-    std::vector<std::string> lines;
+HeightRaster open(const std::filesystem::path& file, MapFindings* found = nullptr) {
+    MapFindings lines;
     MapKeys keys;
     keys.file = file;
-    HeightRaster raster = open_map(keys, moon, warnings != nullptr ? *warnings : lines);
+    HeightRaster raster = open_map(keys, moon, found != nullptr ? *found : lines);
     return raster;
 }
 
@@ -70,9 +70,9 @@ const std::string cylindrical =
 TEST_CASE("The global LOLA map is where its label says") {
     const auto file = data_file("dem_moon_lola_ldem4/LDEM_4.LBL");
     if (!file) return;
-    std::vector<std::string> warnings;
-    const HeightRaster map = open(*file, &warnings);
-    CHECK(warnings.empty());
+    MapFindings found;
+    const HeightRaster map = open(*file, &found);
+    CHECK(found.warnings.empty());
     CHECK(map.meaning == HeightMeaning::radius);
     CHECK(map.raster->whole());
     Raster::Reader reader(*map.raster);
@@ -193,10 +193,11 @@ TEST_CASE("Labels of PDS3 maps place them") {
     CHECK_THAT(value(map, south.inverse({-350, 150})), WithinAbs(0, 1e-6));
     CHECK_THAT(value(map, south.inverse({50, -50})), WithinAbs(8 * 2 + 4, 1e-6));
     // Numbers of the label that contradict each other.
-    std::vector<std::string> warnings;
-    (void)open(pds3(folder.path(), cylindrical + " MAP_SCALE = 1300 <km/pix>\r\n"), &warnings);
-    REQUIRE(warnings.size() == 1);
-    CHECK_THAT(warnings[0], ContainsSubstring("MAP_SCALE 1.3e+06 m/pixel contradicts MAP_RESOLUTION"));
+    MapFindings found;
+    (void)open(pds3(folder.path(), cylindrical + " MAP_SCALE = 1300 <km/pix>\r\n"), &found);
+    REQUIRE(!found.warnings.empty());
+    CHECK_THAT(found.warnings.back(),
+               ContainsSubstring("MAP_SCALE 1.3e+06 m/pixel contradicts MAP_RESOLUTION"));
 }
 
 TEST_CASE("A giant texture is a map, in either registration, at any footprint") {
@@ -296,21 +297,21 @@ TEST_CASE("Files that are no map are refused by name") {
     MapKeys keys;
     keys.file = pds3(folder.path(), cylindrical);
     keys.meaning = HeightMeaning::radius;
-    std::vector<std::string> warnings;
-    CHECK_THROWS_WITH(open_map(keys, moon, warnings),
+    MapFindings found;
+    CHECK_THROWS_WITH(open_map(keys, moon, found),
                       ContainsSubstring("if these are heights, set values = \"height\""));
     keys.meaning = HeightMeaning::height;
     keys.scale_m = 1e5;
-    CHECK_THROWS_WITH(open_map(keys, moon, warnings), ContainsSubstring("set values = \"radius\""));
+    CHECK_THROWS_WITH(open_map(keys, moon, found), ContainsSubstring("set values = \"radius\""));
     // A planet's map on a plane.
     keys.scale_m = 1;
-    CHECK_THROWS_WITH(open_map(keys, SurfaceDomain::plane(10), warnings),
+    CHECK_THROWS_WITH(open_map(keys, SurfaceDomain::plane(10), found),
                       ContainsSubstring("a map of a planet on a plane"));
     keys.projection = ProjectionKind::planar;
     keys.left_m = -8;
     keys.top_m = 4;
     keys.pixel_m = 2;
-    const HeightRaster map = open_map(keys, SurfaceDomain::plane(4), warnings);
+    const HeightRaster map = open_map(keys, SurfaceDomain::plane(4), found);
     Raster::Reader reader(*map.raster);
     CHECK_THAT(map.offset_m + reader.at({-7, 3, 0}, 0), WithinAbs(0, 1e-9));
     CHECK_THAT(map.offset_m + reader.at({7, -3, 0}, 0), WithinAbs(31, 1e-9));

@@ -33,10 +33,10 @@ const SurfaceDomain moon = SurfaceDomain::ellipsoid({moon_m, moon_m, moon_m});
 using Layers = std::vector<std::shared_ptr<const HeightLayer>>;
 
 HeightRaster open(const std::filesystem::path& file) {
-    std::vector<std::string> warnings;
+    MapFindings found;
     MapKeys keys;
     keys.file = file;
-    return open_map(keys, moon, warnings);
+    return open_map(keys, moon, found);
 }
 
 /// The tile of that level that holds a direction.
