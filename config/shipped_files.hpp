@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Look-up by name of the files that come with the program: sensors, scenes, star catalogues.
+// Look-up by name of the files that come with the program: sensors, scenes, models, star catalogues.
 #pragma once
 
 #include "config/keys.hpp"
@@ -21,6 +21,7 @@ struct ShippedFolder {
 };
 inline constexpr ShippedFolder shipped_sensors{"sensors", ".toml", "sensor"};
 inline constexpr ShippedFolder shipped_scenes{"scenes", ".toml", "scene"};
+inline constexpr ShippedFolder shipped_material_models{"models", ".brdf", "material model"};
 inline constexpr ShippedFolder shipped_stars{"stars", ".csv", "star catalogue"};
 
 /// Folder of these folders: beside the program's own installation (../share/obscura), else that of the source

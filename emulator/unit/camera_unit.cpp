@@ -5,6 +5,7 @@
 #include "emulator/unit/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
 #include "renderer/world/pose_age.hpp"
+#include "renderer/materials/model_material.hpp"
 #include "renderer/world/preset_range.hpp"
 #include "service/failure.hpp"
 #include "service/tokens.hpp"
@@ -210,9 +211,12 @@ Heartbeats CameraUnit::heartbeats() const {
 void CameraUnit::report_pose_ages() {
     const std::optional<Time> at = camera_->scene_time();
     if (!at) return;
-    if (!std::exchange(presets_judged_, true))
+    if (!std::exchange(presets_judged_, true)) {
         for (const std::string& line : renderer::presets_out_of_range(scene(), imaging_->renderer->view(*at)))
             log_warning("material: {}", line);
+        for (const std::string& line : renderer::model_material_warnings(scene()))
+            log_warning("material: {}", line);
+    }
     double largest_s = 0;
     for (const renderer::AgedPoses& aged : renderer::aged_poses(scene(), to_seconds(at->ns))) {
         largest_s = std::max(largest_s, aged.age_s);

@@ -77,6 +77,26 @@ bool same_nodes(const Value& a, const Value& b) {
            std::equal(a.nodes.begin(), a.nodes.begin() + components(a.type), b.nodes.begin());
 }
 
+/// What is known of the directions: their dot products and lengths. Refers to `d` and `graph`.
+Surroundings surroundings_of(const Directions& d, Graph& graph) {
+    Surroundings surroundings;
+    surroundings.dot = [&](const Value& a, const Value& b) -> std::optional<NodeId> {
+        const auto between = [&](const Value& x, const Value& y) {
+            return (same_nodes(a, x) && same_nodes(b, y)) || (same_nodes(a, y) && same_nodes(b, x));
+        };
+        if (between(d.light, d.normal)) return d.cos_in;
+        if (between(d.camera, d.normal)) return d.cos_out;
+        if (between(d.light, d.camera)) return d.cos_phase;
+        for (const Value* v : {&d.light, &d.camera, &d.normal})
+            if (between(*v, *v)) return graph.constant(1);
+        return {};
+    };
+    surroundings.is_unit = [&](const Value& v) {
+        return same_nodes(v, d.light) || same_nodes(v, d.camera) || same_nodes(v, d.normal);
+    };
+    return surroundings;
+}
+
 constexpr std::size_t numbers_per_parameter = 4;
 
 std::int32_t uniform_index(std::size_t parameter, std::size_t component) {
@@ -121,8 +141,11 @@ std::vector<NamedValue> parameter_values(const Model& model, const MaterialParam
 MaterialParameters default_parameters(const Model& model) {
     MaterialParameters parameters;
     for (std::size_t i = 0; i < model.parameters().size(); ++i) {
-        parameters.values.push_back(model.parameters()[i].value);
-        if (model.parameters()[i].type == Type::texture) parameters.varied.push_back(i);
+        const Parameter& p = model.parameters()[i];
+        std::array<double, 4> values = p.value;
+        for (double& value : values)
+            value = p.type == Type::texture ? 1 : value * p.si();
+        parameters.values.push_back(values);
     }
     return parameters;
 }
@@ -145,6 +168,19 @@ std::vector<double> MaterialProgram::uniforms_of(const MaterialParameters& param
     uniforms.push_back(1); // specular
     uniforms.push_back(parameters.shininess);
     return uniforms;
+}
+
+void MaterialProgram::refuse_inputs(Place at) const {
+    for (const auto& [input, name] : {std::pair{input_t, "t"}, {input_duration, "duration"}})
+        if (program_->uses_input(input))
+            refuse(*model_, at,
+                   fmt::format("brdf() depends on '{}': laws that change with time are not rendered", name));
+    for (const auto& [input, name] :
+         {std::pair{input_u, "uv.x"}, {input_v, "uv.y"}, {input_w, "uv.z"}, {input_lod_bias, "lod_bias"}})
+        if (program_->uses_input(input))
+            refuse(*model_, at,
+                   fmt::format("brdf() depends on '{}' itself: allowed is lookup3DLOD(NAME, uv, lod_bias)",
+                               name));
 }
 
 void MaterialProgram::compile(const MaterialParameters& parameters) {
@@ -172,21 +208,7 @@ void MaterialProgram::compile(const MaterialParameters& parameters) {
                                  lod_bias};
     arguments.resize(brdf.arguments.size());
 
-    Surroundings surroundings;
-    surroundings.dot = [&](const Value& a, const Value& b) -> std::optional<NodeId> {
-        const auto between = [&](const Value& x, const Value& y) {
-            return (same_nodes(a, x) && same_nodes(b, y)) || (same_nodes(a, y) && same_nodes(b, x));
-        };
-        if (between(d.light, d.normal)) return d.cos_in;
-        if (between(d.camera, d.normal)) return d.cos_out;
-        if (between(d.light, d.camera)) return d.cos_phase;
-        for (const Value* v : {&d.light, &d.camera, &d.normal})
-            if (between(*v, *v)) return graph.constant(1);
-        return {};
-    };
-    surroundings.is_unit = [&](const Value& v) {
-        return same_nodes(v, d.light) || same_nodes(v, d.camera) || same_nodes(v, d.normal);
-    };
+    Surroundings surroundings = surroundings_of(d, graph);
     surroundings.look_up = [&](std::string_view name, const std::vector<Value>& given,
                                std::string& why) -> std::optional<Value> {
         if (name != "lookup3DLOD" || given.size() != 3) return {};
@@ -199,7 +221,9 @@ void MaterialProgram::compile(const MaterialParameters& parameters) {
         const auto parameter = static_cast<std::size_t>(given[0].nodes[0]);
         const auto at = std::find(parameters.varied.begin(), parameters.varied.end(), parameter);
         const NodeId n =
-            graph.input(input_varied + static_cast<std::int32_t>(at - parameters.varied.begin()));
+            at == parameters.varied.end()
+                ? graph.uniform(uniform_index(parameter, 0))
+                : graph.input(input_varied + static_cast<std::int32_t>(at - parameters.varied.begin()));
         return vector_value({n, n, n, n});
     };
     Lowering lowering(model_->tree(), graph, findings, parameter_values(*model_, parameters, graph),
@@ -216,16 +240,7 @@ void MaterialProgram::compile(const MaterialParameters& parameters) {
     } catch (const std::length_error& error) {
         refuse(*model_, brdf.at, error.what());
     }
-    for (const auto& [input, name] : {std::pair{input_t, "t"}, {input_duration, "duration"}})
-        if (program_->uses_input(input))
-            refuse(*model_, brdf.at,
-                   fmt::format("brdf() depends on '{}': laws that change with time are not rendered", name));
-    for (const auto& [input, name] :
-         {std::pair{input_u, "uv.x"}, {input_v, "uv.y"}, {input_w, "uv.z"}, {input_lod_bias, "lod_bias"}})
-        if (program_->uses_input(input))
-            refuse(*model_, brdf.at,
-                   fmt::format("brdf() depends on '{}' itself: allowed is lookup3DLOD(NAME, uv, lod_bias)",
-                               name));
+    refuse_inputs(brdf.at);
 }
 
 void MaterialProgram::find_proportion(const MaterialParameters& parameters) {

@@ -14,13 +14,14 @@
 namespace obscura::models {
 
 /// Parameters of a material: `values` has four numbers for each of Model::parameters() (the first ones of
-/// smaller types), SI units; those listed in `varied` come lane by lane instead, textures always.
+/// smaller types), as the text sees them; those listed in `varied` come lane by lane instead. A texture that
+/// does not vary has the same value everywhere.
 struct MaterialParameters {
     std::vector<std::array<double, 4>> values;
-    std::vector<std::size_t> varied; ///< indices in Model::parameters(): textures, and scalars
+    std::vector<std::size_t> varied; ///< indices in Model::parameters()
     double shininess = 1;
 };
-/// The defaults of `model`, with all its textures as varied parameters.
+/// The defaults of `model`, angles in radians; textures are 1.
 [[nodiscard]] MaterialParameters default_parameters(const Model& model);
 
 /// Immutable; thread-safe. Directions are those of the local frame of the surface: z along the normal, x
@@ -46,6 +47,8 @@ public:
 
 private:
     void compile(const MaterialParameters& parameters);
+    /// Refuses a program whose result depends on what a renderer does not give.
+    void refuse_inputs(Place at) const;
     [[nodiscard]] std::vector<double> uniforms_of(const MaterialParameters& parameters, double diffuse) const;
     void find_proportion(const MaterialParameters& parameters);
 

@@ -249,7 +249,9 @@ SyntaxTree parse(std::string_view source, Findings& findings) {
         return {};
     }
     const std::vector<Token> tokens = tokens_of(source, findings);
-    return Parser(tokens, findings).file();
+    SyntaxTree tree = Parser(tokens, findings).file();
+    tree.whole = !findings.has_errors();
+    return tree;
 }
 
 } // namespace obscura::models

@@ -100,6 +100,7 @@ struct Declaration {
 struct SyntaxTree {
     std::vector<Declaration> declarations;
     std::vector<Function> functions; ///< in the order of the file
+    bool whole = true;               ///< all of the text could be read
 };
 
 } // namespace obscura::models

@@ -12,12 +12,10 @@
 namespace obscura::models {
 namespace {
 
-using std::numbers::pi;
-
 constexpr std::array<std::pair<std::string_view, double>, 14> constants{
-    {{"M_PI", pi},
-     {"M_PI_2", pi / 2},
-     {"M_PI_4", pi / 4},
+    {{"M_PI", std::numbers::pi},
+     {"M_PI_2", std::numbers::pi / 2},
+     {"M_PI_4", std::numbers::pi / 4},
      {"M_1_PI", std::numbers::inv_pi},
      {"M_2_PI", 2 * std::numbers::inv_pi},
      {"M_2_SQRTPI", 2 * std::numbers::inv_sqrtpi},

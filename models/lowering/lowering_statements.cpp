@@ -63,6 +63,7 @@ Value Lowering::call(const Function& function, std::vector<Value> arguments) {
         throw;
     }
     calls_.pop_back();
+    if (!flow.always_returned && !tree_.whole) throw Unusable{}; // the return may be what could not be read
     if (!flow.always_returned)
         fail(function.at, fmt::format("'{}' has a way to its end without return", function.name));
     if (!flow.result) throw Unusable{};

@@ -68,15 +68,22 @@ std::shared_ptr<const Model> Model::load(const std::filesystem::path& file) {
 }
 
 std::shared_ptr<const Model> Model::parse(std::string name, std::string text) {
+    Findings findings;
+    std::string file = name;
+    std::shared_ptr<const Model> model = read(std::move(name), std::move(text), findings);
+    if (model == nullptr) throw ConfigError(findings.text(file, true));
+    return model;
+}
+
+std::shared_ptr<const Model> Model::read(std::string name, std::string text, Findings& findings) {
     const std::shared_ptr<Model> model(new Model);
     model->name_ = std::move(name);
     model->text_ = std::move(text);
-    Findings findings;
     model->tree_ = models::parse(model->text_, findings);
     model->read_declarations(findings);
     model->check_functions(findings);
     check_entry_points(*model, findings);
-    if (findings.has_errors()) throw ConfigError(findings.text(model->name_, true));
+    if (findings.has_errors()) return nullptr;
     model->warnings_ = findings.text(model->name_, false);
     return model;
 }

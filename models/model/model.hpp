@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ struct Parameter {
     double max = std::numeric_limits<double>::infinity();
     std::string_view help{};
     Place at{};
+
+    /// Factor from `unit` to what the text sees: angles in degrees are radians there.
+    [[nodiscard]] double si() const noexcept { return unit == "deg" ? std::numbers::pi / 180 : 1; }
 };
 
 /// A value that a model tells the renderer about itself.
@@ -44,6 +48,10 @@ public:
     [[nodiscard]] static std::shared_ptr<const Model> load(const std::filesystem::path& file);
     /// A text as that of a file called `name`.
     [[nodiscard]] static std::shared_ptr<const Model> parse(std::string name, std::string text);
+
+    /// As parse(), with all that was found in `findings`; null if there are errors.
+    [[nodiscard]] static std::shared_ptr<const Model> read(std::string name, std::string text,
+                                                           Findings& findings);
 
     Model(const Model&) = delete;
     Model& operator=(const Model&) = delete;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrators/rough_ground.hpp"
 
-#include "renderer/integrators/tracer.hpp"
 #include "core/math/vector_functions.hpp"
+#include "renderer/integrators/tracer.hpp"
 
 namespace obscura::renderer {
 namespace {

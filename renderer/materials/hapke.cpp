@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/hapke.hpp"
 
-#include "core/units.hpp"
 #include "core/math/vector_functions.hpp"
+#include "core/units.hpp"
 
 #include <cmath>
 #include <numbers>
 
 namespace obscura::renderer {
-
-namespace {} // namespace
 
 scene::ParameterList declare(HapkeParameters& p) {
     return {

@@ -8,8 +8,6 @@
 
 namespace obscura::renderer {
 
-namespace {} // namespace
-
 scene::ParameterList declare(OrenNayarParameters& p) {
     return {
         config::key("albedo", &p.albedo)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/phong.hpp"
 
-#include "renderer/materials/hemisphere.hpp"
 #include "core/math/vector_functions.hpp"
+#include "renderer/materials/hemisphere.hpp"
 
 #include <fmt/format.h>
 

@@ -10,6 +10,7 @@
 #include "renderer/materials/lunar_lambert.hpp"
 #include "renderer/materials/minnaert.hpp"
 #include "renderer/materials/mirror.hpp"
+#include "renderer/materials/model_material.hpp"
 #include "renderer/materials/oren_nayar.hpp"
 #include "renderer/materials/phase_curve.hpp"
 #include "renderer/materials/phong.hpp"
@@ -49,6 +50,7 @@ const std::vector<MaterialKind>& laws() {
         law<Ggx>(),
         law<Mirror>(),
         law<FileMaterials>(),
+        law<ModelMaterial>(),
     };
     // clang-format on
     return kinds;

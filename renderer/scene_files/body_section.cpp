@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/body_section.hpp"
 
+#include "renderer/materials/model_material.hpp"
 #include "renderer/materials/registry.hpp"
 #include "renderer/registries/registry.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
+#include "renderer/scene_files/model_table.hpp"
+#include "renderer/scene_files/parameter_texture.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
@@ -26,52 +29,6 @@ using renderer::material_kinds;
 using renderer::MaterialKind;
 using renderer::shape_kinds;
 using renderer::ShapeKind;
-
-/// Keys of a texture that gives one parameter of the material of a body.
-struct ParameterTexture {
-    std::string parameter;    ///< without the unit
-    std::string constant_key; ///< the key of the constant
-    std::string file_key, range_key, file_help, range_help;
-    std::string_view unit;
-    double si = 1; ///< the key's unit in SI
-    std::string file;
-    std::array<double, 2> range{0, 1};
-};
-
-std::vector<ParameterTexture> textures_of(const ParameterList& parameters) {
-    std::vector<ParameterTexture> textures;
-    for (const Parameter& parameter : parameters) {
-        if (!parameter.image) continue;
-        ParameterTexture t;
-        t.parameter = quantity_of(parameter.key);
-        t.constant_key = parameter.key.name;
-        t.unit = parameter.key.unit();
-        t.file_key = t.parameter + "_texture";
-        t.range_key = t.parameter + "_texture_range";
-        t.file_help = fmt::format(
-            "Image of one plane that gives {} over the surface, instead of a constant; empty: none",
-            t.constant_key);
-        t.range_help =
-            fmt::format("Values of {} for a texel of 0 and a texel of 1 (integers: full scale) of {}",
-                        t.constant_key, t.file_key);
-        if (const auto* scaled = std::get_if<config::Scaled>(&parameter.key.target)) t.si = scaled->si;
-        textures.push_back(std::move(t));
-    }
-    return textures;
-}
-
-/// `textures` must not move while the keys are used.
-config::Keys texture_keys(std::vector<ParameterTexture>& textures) {
-    config::Keys keys;
-    for (ParameterTexture& t : textures) {
-        keys.push_back(config::key(t.file_key, config::Path{&t.file, true, true}).help(t.file_help));
-        keys.push_back(config::key(t.range_key, config::Numbers{t.range.data(), t.range.size()})
-                           .unit(t.unit)
-                           .range(-1e6, 1e6)
-                           .help(t.range_help));
-    }
-    return keys;
-}
 
 /// Values of the keys of a body that are no members of Body.
 struct BodyKeys {
@@ -115,6 +72,7 @@ double* albedo_of(const ParameterList& parameters) {
     return found == parameters.end() ? nullptr : *std::get_if<double*>(&found->key.target);
 }
 
+constexpr std::string_view material_name = "material";
 constexpr std::string_view normal_albedo_name = "normal_albedo";
 
 /// Key of every law that has an albedo.
@@ -256,16 +214,6 @@ void add_kinds(config::Section& section, Body& body, BodyKeys& read, const Shape
     section.keys.insert(section.keys.end(), textures.begin(), textures.end());
 }
 
-/// Checks the textures that give parameters of a body, and adds them to the body.
-void check_textures(std::vector<ParameterTexture>& textures, Body& body, const config::ReadTable& table) {
-    for (const ParameterTexture& t : textures) {
-        exclude(table, t.file_key, t.constant_key);
-        if (table.has(t.range_key)) require(table, t.file_key);
-        if (!t.file.empty())
-            body.textures.parameters.push_back({t.parameter, t.file, t.range[0] * t.si, t.range[1] * t.si});
-    }
-}
-
 /// Sets the albedo of the material by its normal albedo, if that is given.
 void apply_normal_albedo(Body& body, double wanted, const config::ReadTable& table) {
     if (!table.has(normal_albedo_name)) return;
@@ -301,7 +249,7 @@ void apply_kernels(Body& body, const BodyKeys& read, KernelKeys& kernels, const 
 void check_body(Scene& scene, std::size_t index, BodyKeys& read, KernelKeys& kernels,
                 const config::ReadTable& table) {
     Body& body = scene.bodies[index];
-    check_textures(read.textures, body, table);
+    add_parameter_textures(read.textures, body.textures, table);
     exclude(table, "colour_curve", "colour");
     if (!body.textures.emission.empty() && body.emission_w_m2_sr.empty())
         table.refuse("emission_texture", "a factor on \"emission_w_m2_sr\", which is missing");
@@ -346,9 +294,14 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         chosen<ShapeKind>(table, "shape", shape_kinds(), kernel_body ? ellipsoid : nullptr);
     // The default of a mesh file is its own materials, but an albedo alone selects Lambert.
     const bool own = shape != nullptr && !shape->own_material.empty() && table.find("albedo") == nullptr;
+    const config::Member* const given = table.find(material_name);
+    const config::Value* const model =
+        given != nullptr && given->value.kind == config::Value::Kind::table ? &given->value : nullptr;
     const MaterialKind* material =
-        chosen(table, "material", material_kinds(),
-               own ? find_kind(material_kinds(), shape->own_material) : &material_kinds().front());
+        model != nullptr
+            ? find_kind(material_kinds(), renderer::ModelMaterialParameters::kind)
+            : chosen(table, material_name, material_kinds(),
+                     own ? find_kind(material_kinds(), shape->own_material) : &material_kinds().front());
     if (shape == nullptr || material == nullptr) {
         // Without valid kinds the other keys are unknown: accept all.
         for (const config::Member& member : table.members)
@@ -357,6 +310,10 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         return section;
     }
     read->material = material->name;
+    if (model != nullptr) {
+        std::erase_if(section.keys, [](const config::Key& key) { return key.name == material_name; });
+        section.elsewhere.push_back(material_name);
+    }
     add_kinds(section, body, *read, *shape, *material, table);
     std::vector<Stranger> strangers = strangers_in(table, section, *shape, *material);
     for (const Stranger& stranger : strangers)
@@ -367,6 +324,8 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
             mistakes.add(where.in(stranger.member->key), stranger.member->value.at, stranger.what);
     };
     section.check = [&scene, index, read, curves, kernels, material](const config::ReadTable& t) {
+        if (material->name == renderer::ModelMaterialParameters::kind)
+            read_material_model(t, scene.bodies[index]);
         check_body(scene, index, *read, *kernels, t);
         const bool own_colour = t.has("colour") || t.has("colour_curve");
         (*curves)[index] = own_colour ? read->colour_curve : material->colour_curve;

@@ -6,6 +6,7 @@
 #include "core/io/path_state.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/materials/file_materials.hpp"
+#include "renderer/materials/model_material.hpp"
 #include "renderer/materials/registry.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/planets/planet_parameters.hpp"
@@ -328,6 +329,7 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
         const scene::Body& body = scene.bodies[i];
         scene::at_position(body.position, [&] {
             (void)make_material(body.material, name_of(body));
+            check_model_material(scene, body, name_of(body));
             shapes.place = name_of(body);
             shapes.emits = is_area_light(body);
             auto shape = cache != nullptr ? cache->get(body.shape, shapes) : make_shape(body.shape, shapes);

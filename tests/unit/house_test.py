@@ -25,7 +25,7 @@ ALLOWED = {
                  "host", "emulator"},
     "serve": {"core", "config", "images", "renderer", "sensors", "service", "host", "emulator", "serve"},
     "instrument": {"core", "service", "host", "instrument"},
-    "tools": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator",
+    "tools": {"core", "config", "images", "models", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator",
               "service", "host", "serve", "tools"},
     "web": {"core", "images", "transports", "host", "web"},
 }

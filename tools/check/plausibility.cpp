@@ -7,6 +7,7 @@
 #include "ephemeris/time/time_scale.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/world/pose_age.hpp"
+#include "renderer/materials/model_material.hpp"
 #include "renderer/world/preset_range.hpp"
 #include "tools/check/report.hpp"
 
@@ -153,6 +154,8 @@ void Plausibility::judge_date(const scene::Scene& scene) {
 void Plausibility::judge_presets(const scene::Scene& scene) {
     for (std::string& line : renderer::presets_out_of_range(scene, view_))
         add("preset_range", std::move(line));
+    for (std::string& line : renderer::model_material_warnings(scene))
+        add("model", std::move(line));
 }
 
 void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {

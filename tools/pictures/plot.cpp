@@ -161,4 +161,15 @@ std::string svg(const Plot& plot) {
     return out + "</svg>\n";
 }
 
+std::string svg(const std::vector<Plot>& plots) {
+    std::string out = fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\">\n",
+                                  width, height * static_cast<double>(plots.size()));
+    for (std::size_t i = 0; i < plots.size(); ++i) {
+        constexpr std::string_view opening = "<svg ";
+        out += fmt::format("<svg y=\"{}\" height=\"{}\" ", height * static_cast<double>(i), height);
+        out += svg(plots[i]).substr(opening.size());
+    }
+    return out + "</svg>\n";
+}
+
 } // namespace obscura::tools

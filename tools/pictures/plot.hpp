@@ -35,5 +35,7 @@ struct Plot {
 
 /// One self-contained <svg> element.
 [[nodiscard]] std::string svg(const Plot& plot);
+/// The plots below each other as one <svg> element.
+[[nodiscard]] std::string svg(const std::vector<Plot>& plots);
 
 } // namespace obscura::tools

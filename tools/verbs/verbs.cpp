@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/verbs/batch.hpp"
+#include "tools/verbs/model.hpp"
 #include "tools/verbs/texture.hpp"
 #include "tools/verbs/verb.hpp"
 
@@ -34,6 +35,13 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"texture export", make_texture_export},
         VerbEntry{"texture bake", make_texture_bake},
         VerbEntry{"texture mount", make_texture_mount},
+        VerbEntry{"model new", make_model_new},
+        VerbEntry{"model list", make_model_list},
+        VerbEntry{"model show", make_model_show},
+        VerbEntry{"model check", make_model_check},
+        VerbEntry{"model eval", make_model_eval},
+        VerbEntry{"model plot", make_model_plot},
+        VerbEntry{"model bench", make_model_bench},
         VerbEntry{"bench", make_bench},
         VerbEntry{"stimulator", make_stimulator},
         VerbEntry{"sensor", make_sensor},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/philox.hpp"
 #include "core/math/vector_functions.hpp"
+#include "core/philox.hpp"
 #include "tests/support/catch.hpp"
 
 #include <cmath>

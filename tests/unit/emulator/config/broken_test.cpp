@@ -855,7 +855,7 @@ radii_m = [1, 1, 1]
 albedo = 0.5
 material = "lambertian"
 )",
-     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, moon, eros, itokawa, 67p, mercury, venus, earth, mars, jupiter, saturn, io, europa, ganymede, callisto, mli, solar-cell, white-paint)"},
+     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, model, moon, eros, itokawa, 67p, mercury, venus, earth, mars, jupiter, saturn, io, europa, ganymede, callisto, mli, solar-cell, white-paint)"},
     {R"([[body]]
 shape = "mesh"
 albedo = 0.5
@@ -936,7 +936,7 @@ const std::vector<Broken> broken_materials{
     {"material = 3\n",
      "s.toml:4:12: body[0].material: is an integer, allowed a string: lambert, "
      "lommel-seeliger, lunar-lambert, "
-     "minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, moon, eros, itokawa, 67p, "
+     "minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, model, moon, eros, itokawa, 67p, "
      "mercury, venus, earth, mars, jupiter, saturn, io, europa, ganymede, callisto, mli, solar-cell, "
      "white-paint"},
 };

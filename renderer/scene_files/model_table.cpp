@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/scene_files/model_table.hpp"
+
+#include "config/shipped_files.hpp"
+#include "renderer/materials/model_material.hpp"
+#include "renderer/scene_files/parameter_texture.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace obscura::scene {
+namespace {
+
+constexpr std::string_view model_name = "model";
+
+config::Key model_key(std::string& file) {
+    return config::key(model_name, config::Path{&file, false})
+        .required()
+        .help("SuMoL file of the model, which ends in .brdf, or the name of a shipped one (\"akimov\")");
+}
+
+/// Reads the name of the file alone, since the other keys are the model's. Throws ConfigError.
+std::string model_file(const config::Value& table, const config::Where& where) {
+    std::vector<std::string_view> others;
+    for (const config::Member& member : table.members)
+        if (member.key != model_name) others.push_back(member.key);
+    std::string file;
+    (void)config::read_keys(table, where, {model_key(file)}, others);
+    return config::file_of_key(table.find(model_name)->value, where.in(model_name), file,
+                               config::shipped_material_models);
+}
+
+/// Keys of the textures of the model, which are files, and of images of other parameters.
+struct TextureKeys {
+    std::vector<ParameterTexture> textures;
+    config::Keys keys;
+
+    TextureKeys(const ParameterList& parameters, const models::Model& model)
+        : textures(textures_of(parameters)) {
+        for (ParameterTexture& t : textures)
+            if (is_texture(model, t.parameter)) {
+                // The file stands where other parameters have their constant.
+                t.constant_key.clear();
+                t.file_key = t.parameter;
+                t.range_key = t.parameter + "_range";
+            }
+        keys = texture_keys(textures);
+    }
+    static bool is_texture(const models::Model& model, std::string_view name) {
+        return std::any_of(
+            model.parameters().begin(), model.parameters().end(),
+            [&](const models::Parameter& p) { return p.name == name && p.type == models::Type::texture; });
+    }
+};
+
+} // namespace
+
+void read_material_model(const config::ReadTable& table, Body& body) {
+    const config::Member* const member = table.table()->find("material");
+    if (member == nullptr || member->value.kind != config::Value::Kind::table) {
+        table.refuse("material", "a law of your own has a table: write material = { model = \"FILE.brdf\" }");
+        return;
+    }
+    const config::Where where = table.where().in("material");
+    (void)table.mistakes().collect([&] {
+        std::string file = model_file(member->value, where);
+        renderer::ModelMaterialParameters p = renderer::defaults_of(renderer::load_material_model(file));
+        const models::Model& model = *p.loaded->model;
+        const ParameterList parameters = declare(p);
+        TextureKeys images(parameters, model);
+        config::Keys keys{model_key(file)};
+        for (const Parameter& parameter : parameters)
+            if (!TextureKeys::is_texture(model, parameter.key.name)) keys.push_back(parameter.key);
+        keys.insert(keys.end(), images.keys.begin(), images.keys.end());
+        const config::Given given = config::read_keys(member->value, where, keys, table.mistakes());
+        const config::ReadTable read(&member->value, member->at, where, given, table.mistakes());
+        add_parameter_textures(images.textures, body.textures, read);
+        for (const ParameterTexture& t : images.textures)
+            if (TextureKeys::is_texture(model, t.parameter) && !read.has(t.file_key))
+                read.refuse_table("the image of the model's texture \"" + t.parameter + "\" is missing");
+        body.material = std::move(p);
+    });
+}
+
+} // namespace obscura::scene

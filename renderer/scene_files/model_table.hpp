@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Table of a scene file that names a model written in SuMoL and gives its parameters.
+#pragma once
+
+#include "config/section.hpp"
+#include "renderer/scene/scene.hpp"
+
+namespace obscura::scene {
+
+/// Reads `material = { model = "FILE.brdf", PARAMETER = VALUE, PARAMETER_texture = "IMAGE" }` of the table of
+/// a body into its material and textures. A parameter that is a texture is given by the image's name.
+void read_material_model(const config::ReadTable& table, Body& body);
+
+} // namespace obscura::scene

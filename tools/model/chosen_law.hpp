@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scattering law for the verbs `obscura model`: a SuMoL file, and values of its parameters.
+#pragma once
+
+#include "renderer/materials/model_material.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace obscura::tools {
+
+/// Reads the law of `file`, a path or the name of a shipped model, with `settings`, "NAME=VALUE" each, of its
+/// parameters. Throws Error.
+[[nodiscard]] renderer::ModelMaterialParameters chosen_law(const std::string& file,
+                                                           const std::vector<std::string>& settings);
+
+/// Directions of light and camera by their angles to the normal and between their planes, degrees.
+struct LawAngles {
+    double incidence_deg = 0, emission_deg = 0, azimuth_deg = 0;
+    [[nodiscard]] double cos_phase() const;
+    [[nodiscard]] double phase_deg() const;
+};
+
+/// BRDF times the cosine of incidence, 1/sr, at each of `angles`.
+[[nodiscard]] std::vector<double> law_values(const renderer::Material& law,
+                                             const std::vector<LawAngles>& angles);
+
+} // namespace obscura::tools
