@@ -23,7 +23,7 @@ ALLOWED = {
     "host": {"core", "config", "images", "service", "host"},
     "emulator": {"core", "config", "images", "ephemeris", "terrain", "renderer", "sensors", "service", "sync", "transports",
                  "host", "emulator"},
-    "serve": {"core", "config", "images", "renderer", "sensors", "service", "host", "emulator", "serve"},
+    "serve": {"core", "config", "images", "models", "renderer", "sensors", "service", "host", "emulator", "serve"},
     "instrument": {"core", "service", "host", "instrument"},
     "tools": {"core", "config", "images", "models", "ephemeris", "terrain", "renderer", "sensors", "sync", "transports", "emulator",
               "service", "host", "serve", "tools"},

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that create models by name: BRDFs and shapes. Built-in ones stand for the model files of the
-// published program, which are not public.
+// Commands that create models by name: BRDFs and shapes. Scattering laws are files that a client has sent or
+// that lie in the resource path; built-in ones stand for the others of the published program, which are not
+// public.
+#include "core/error.hpp"
 #include "core/text/printable.hpp"
+#include "models/model/model.hpp"
+#include "renderer/materials/model_material.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/objects.hpp"
 #include "serve/compatible/parameters.hpp"
@@ -10,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 
 namespace obscura::serve::compatible {
@@ -19,6 +24,47 @@ using nlohmann::json;
 
 json list_of_numbers(const Channels& values) {
     return json(values);
+}
+
+/// Value of a parameter as that of a key of a scene file. Throws Failure.
+json key_value(Request& r, const models::Parameter& p, const Value& value) {
+    const auto refuse = [&](std::string_view allowed) {
+        throw r.arguments.refused("parameters", std::string(p.name), std::string(allowed));
+    };
+    if (p.type == models::Type::texture) {
+        const auto* const file = value.as<std::string>();
+        if (file == nullptr) refuse("the name of a texture");
+        return texture_file(r, *file);
+    }
+    std::vector<double> numbers(1);
+    if (!to_number(value, numbers[0]) && !to_numbers(value, numbers))
+        refuse("a number, or one for each component");
+    const auto count = static_cast<std::size_t>(models::components(p.type));
+    if (numbers.size() == 1) numbers.resize(count, numbers[0]);
+    if (numbers.size() != count) refuse(fmt::format("{} numbers", count));
+    for (double& number : numbers)
+        number /= p.si(); // keys are in the unit that the text names
+    const bool one = count == 1 || p.type == models::Type::vec4;
+    if (one && std::any_of(numbers.begin(), numbers.end(), [&](double n) { return n != numbers[0]; }))
+        refuse("one value for all channels");
+    return one ? json(numbers[0]) : json(numbers);
+}
+
+/// The law of a file in SuMoL. Throws Failure.
+json law_of_file(Request& r, const std::filesystem::path& file, Parameters& parameters) {
+    try {
+        const auto loaded = renderer::load_material_model(file.string());
+        json table{{"model", file.string()}};
+        const auto& known = loaded->model->parameters();
+        for (std::size_t i = 0; i < known.size(); ++i)
+            if (const Value* const value = parameters.value(known[i].name);
+                value != nullptr && !known[i].global)
+                table[loaded->keys[i]] = key_value(r, known[i], *value);
+        return {{"material", std::move(table)}};
+    } catch (const Error& error) {
+        throw r.arguments.refused("filename", r.client_state.files.without_folders(error.what()),
+                                  "a scattering law in SuMoL");
+    }
 }
 
 json reflection_of(Request& r, const std::string& name, Parameters& parameters) {
@@ -46,9 +92,8 @@ json reflection_of(Request& r, const std::string& name, Parameters& parameters) 
                 {"albedo", 0.0},
                 {"emission_w_m2_sr", list_of_numbers(parameters.channels_of("emission", 1, 1e15))}};
     throw r.arguments.refused(
-        "filename",
-        fmt::format("\"{}\" is no built-in model, and model files are not read", printable(name, 60)),
-        "mate.brdf, hapke.brdf, oren_nayar.brdf, phong.brdf, mirror.brdf, raw.brdf, sun.brdf");
+        "filename", fmt::format("\"{}\" is neither a file nor a built-in model", printable(name, 60)),
+        "files that end in .brdf, and mate.brdf, hapke.brdf, oren_nayar.brdf, phong.brdf, mirror.brdf, raw.brdf, sun.brdf");
 }
 
 Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
@@ -84,7 +129,10 @@ Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
 void add_model_calls(Handlers& handlers) {
     handlers["createBRDF"] = [](Request& r) {
         Parameters parameters(r, "albedo");
-        Model model{reflection_of(r, model_name(r.arguments.text("filename")), parameters)};
+        const std::string& filename = r.arguments.text("filename");
+        const auto file = r.client_state.files.find(filename);
+        Model model{file ? law_of_file(r, *file, parameters)
+                         : reflection_of(r, model_name(filename), parameters)};
         parameters.check_rest();
         put(r.client_state.reflections, r.arguments, "name", std::move(model));
     };

@@ -142,6 +142,49 @@ TEST_CASE("built-in models are known by their file names, others are refused", "
                   "createMesh: ");
 }
 
+TEST_CASE("a scattering law in SuMoL is used as it is, with its parameters", "[serve]") {
+    const auto picture = [](const char* file, const Fields& parameters) {
+        Client client;
+        std::ofstream(client.folder.path() / "own.brdf")
+            << "parameter level 0.5;\nparameter turn 0.1; //! deg, 0..90, not used\n"
+               "vec4 brdf(vec3 $i, vec3 $e, vec3 n, vec4 diffuse, vec4 specular, scalar shininess)\n"
+               "{ return diffuse * level * max(0, (i | n)) * M_1_PI; }\n";
+        client.sun(6.957e8, {0, 0, au_m}, pi * au_m * au_m);
+        client.call("createBRDF", {{"name", "law"}, {"filename", file}, {"parameters", parameters}});
+        client.call("createShape",
+                    {{"name", "ball"}, {"filename", "sphere.shp"}, {"parameters", Fields{{"radius", 1e3}}}});
+        client.call("createBody",
+                    {{"body_name", "b"}, {"shape_name", "ball"}, {"brdf_name", "law"}, {"textures", List{}}});
+        client.place("b", {0, 0, -1e5});
+        client.size(64, 64);
+        client.fov_deg(2, 2);
+        client.call("render");
+        return client.numbers("getImageGray32F");
+    };
+    const std::vector<float> built_in = picture("mate.brdf", Fields{{"albedo", 0.25}});
+    const std::vector<float> own = picture("own.brdf", Fields{{"level", 0.25}, {"turn", 0.2}});
+    REQUIRE(own.size() == built_in.size());
+    CHECK(*std::max_element(own.begin(), own.end()) > 0);
+    for (std::size_t i = 0; i < own.size(); ++i)
+        CHECK(std::abs(own[i] - built_in[i]) <= 1e-6F * built_in[32 * 64 + 32]);
+
+    Client client;
+    std::ofstream(client.folder.path() / "bad.brdf") << "vec4 brdf(vec3 i) { return vec4(x); }";
+    client.refuse("createBRDF", {{"name", "m"}, {"filename", "bad.brdf"}, {"parameters", Fields{}}},
+                  "'x' is not declared");
+    std::ofstream(client.folder.path() / "grey.brdf")
+        << "parameter c vec4(1);\nvec4 brdf(vec3 i, vec3 e, vec3 n, vec4 d, vec4 s, scalar sh) { return d * c * (i|n) / M_PI; }";
+    client.refuse(
+        "createBRDF",
+        {{"name", "m"}, {"filename", "grey.brdf"}, {"parameters", Fields{{"c", List{0.1, 0.2, 0.3, 0.4}}}}},
+        "one value for all channels");
+    const Reply more = client.call(
+        "createBRDF",
+        {{"name", "m"}, {"filename", "grey.brdf"}, {"parameters", Fields{{"c", 0.3}, {"shine", 1}}}});
+    REQUIRE(more.lines.size() == 1);
+    CHECK_THAT(more.lines[0], ContainsSubstring("\"shine\" has no effect"));
+}
+
 TEST_CASE("a mesh is scaled, and takes a BRDF as a whole", "[serve]") {
     Client client;
     std::ofstream(client.folder.path() / "plate.obj")
