@@ -573,6 +573,30 @@ def pictures(window, double):
                 check(f"{screen}, {theme}, {width}: nothing is cut off at the side", not wide)
 
 
+def narrow(window, double):
+    """A telephone: no screen scrolls sideways, as a whole or in a part, and cells say what they are."""
+    over = """[...document.querySelectorAll('*')].filter((e) => e.tagName !== 'THEAD' && e.clientWidth > 1 && e.scrollWidth > e.clientWidth + 1 && ['auto', 'scroll'].includes(getComputedStyle(e).overflowX))
+      .map((e) => [e.tagName, e.className, e.scrollWidth, e.clientWidth])"""
+    unnamed = """[...document.querySelectorAll('table.grid')].filter((t) => t.tHead).flatMap((t) => [...t.tBodies].flatMap((b) => [...b.rows])).flatMap((r) => [...r.cells]).filter((c) => c.dataset.label === undefined).length"""
+    for role in "operator", "admin":
+        double.role = role
+        for theme in ("dark", "light") if role == "operator" else ("dark",):
+            window.resize(390, 844)
+            window.open("about:blank")
+            window.open(double.link)
+            choose(window, "#theme", theme)
+            for screen in SCREENS:
+                go(window, screen)
+                check(f"{screen}, {theme}, {role}, 390: it has all that it shows", there(window, screen))
+                drawn(window)
+                window.wait_for(f"{unnamed} === 0")
+                if role == "operator":
+                    window.screenshot(output / f"{screen}-{theme}-390.png")
+                widths = window.evaluate("[document.documentElement.scrollWidth, document.documentElement.clientWidth, document.body.scrollWidth]")
+                check(f"{screen}, {theme}, {role}, 390: nothing scrolls sideways", max(widths) <= 390 == widths[1] and window.evaluate(over) == [], (widths, window.evaluate(over)))
+                check(f"{screen}, {theme}, {role}, 390: cells have the names of their columns", window.evaluate(unnamed) == 0, window.evaluate(unnamed))
+
+
 double = PageDouble(page)
 with browser.Browser() as window:
     window.open(double.link)
@@ -592,6 +616,7 @@ with browser.Browser() as window:
     check("after refusals too", all("Failed to load resource" in c for c in window.complaints), window.complaints)
     window.complaints.clear()
     pictures(window, double)
+    narrow(window, double)
     check("nor while screens change", window.complaints == [], window.complaints)
 double.close()
 end()

@@ -6,6 +6,7 @@ import {CameraScreen, fireSoftwareTrigger, triggerOf} from "./camera.js";
 import {Faults, strikingOf, useFaults} from "./faults.js";
 import {figure} from "./format.js";
 import {Live} from "./live.js";
+import {nameCellsWhenNarrow} from "./narrow.js";
 import {Said} from "./parts.js";
 import {Scene} from "./scene.js";
 import {System} from "./system.js";
@@ -116,3 +117,4 @@ function App() {
 }
 
 render(html`<${App} />`, document.getElementById("app"));
+nameCellsWhenNarrow();
