@@ -21,8 +21,11 @@ class Routes;
 
 /// What clients may take.
 struct HttpLimits {
-    std::size_t connections = 64;
-    std::size_t of_one_address = 16;
+    std::size_t connections = 256;
+    /// Connections of one address on which no request has shown that it may ask: users behind one proxy share
+    /// an address, so that others count as those of their session.
+    std::size_t strangers_of_one_address = 64;
+    std::size_t of_one_session = 128; ///< connections of the holder of one token, all tabs together
     /// Further connections, which get /livez and are refused everything else.
     std::size_t for_health = 2;
     std::size_t streams = 24;

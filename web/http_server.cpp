@@ -2,6 +2,7 @@
 #include "web/http_server.hpp"
 
 #include "core/error.hpp"
+#include "web/connection_counts.hpp"
 #include "web/http_request.hpp"
 #include "web/http_response.hpp"
 #include "web/live/live_session.hpp"
@@ -57,9 +58,9 @@ struct Shared {
     Worker& worker;
     WebFigures& figures;
     LiveServices live{};
-    std::size_t connections = 0, streams = 0;
+    std::size_t streams = 0;
     std::size_t answer_bytes = 0; ///< of answers that are being sent
-    std::map<std::string, std::size_t> of_address{};
+    ConnectionCounts connected{};
 };
 
 /// One connection, kept alive by its pending operation.
@@ -69,14 +70,9 @@ public:
         : stream_(std::move(stream)),
           timer_(stream_.get_executor()),
           shared_(shared),
-          address_(std::move(address)),
-          only_health_(only_health) {
-        ++shared_.connections;
-        ++shared_.of_address[address_];
-    }
+          counted_(shared.connected, std::move(address)),
+          only_health_(only_health) {}
     ~Connection() {
-        --shared_.connections;
-        if (--shared_.of_address[address_] == 0) shared_.of_address.erase(address_);
         if (streaming_) --shared_.streams;
     }
     Connection(const Connection&) = delete;
@@ -156,7 +152,7 @@ private:
     void answer() {
         const auto& message = parser_->get();
         Request request = request_of(message);
-        request.address = address_;
+        request.address = counted_.address();
         Response response;
         if (only_health_ && request.target != "/livez") {
             response.status = 503;
@@ -165,13 +161,20 @@ private:
         } else {
             response = shared_.routes.answer(request);
         }
+        if (!response.session.empty() && !counted_.join(response.session, shared_.limits.of_one_session)) {
+            Response busy = problem(503, "too-many-connections", "too many connections of this session");
+            busy.route = response.route;
+            response = std::move(busy);
+        }
         route_ = response.route.empty() ? "other" : response.route;
         // Nothing else is wrong with a request that only lacks its upgrade.
         if (response.status == 426 && is_live_upgrade(message) && buffer_.size() == 0 &&
             shared_.live.pictures) {
             if (shared_.live.viewers < LiveServices::max_viewers) {
                 shared_.figures.answered(route_, 101);
-                begin_live_session(std::move(stream_), message, address_, shared_.live, shared_from_this());
+                (void)counted_.join("live ", shared_.limits.connections); // they have a limit of their own
+                begin_live_session(std::move(stream_), message, counted_.address(), shared_.live,
+                                   shared_from_this());
                 return;
             }
             response = problem(503, "too-many-viewers", "too many viewers");
@@ -314,7 +317,7 @@ private:
     Stream stream_;
     asio::steady_timer timer_;
     Shared& shared_;
-    const std::string address_;
+    CountedConnection counted_;
     const bool only_health_;
     beast::flat_static_buffer<16384> buffer_;
     std::optional<Parser> parser_;
@@ -440,11 +443,12 @@ private:
         socket.set_option(tcp::no_delay(true), error);
         set_bulk_transfer(socket.native_handle());
         std::string address = peer.address().to_string();
-        const auto same = shared_->of_address.find(address);
-        const std::size_t of_same = same == shared_->of_address.end() ? 0 : same->second;
-        const bool full = shared_->connections >= limits_.connections || of_same >= limits_.of_one_address;
-        if (shared_->connections >= limits_.connections + limits_.for_health ||
-            of_same >= limits_.of_one_address + limits_.for_health)
+        const ConnectionCounts& connected = shared_->connected;
+        const std::size_t strangers = connected.strangers.of(address);
+        const bool full =
+            connected.all >= limits_.connections || strangers >= limits_.strangers_of_one_address;
+        if (connected.all >= limits_.connections + limits_.for_health ||
+            strangers >= limits_.strangers_of_one_address + limits_.for_health)
             return; // closes it
         std::make_shared<Connection>(Stream(std::move(socket), tls_), *shared_, std::move(address), full)
             ->start();

@@ -298,12 +298,26 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     print(f"# {rude.resident_mib():.1f} MiB; longest answer of /livez meanwhile: {1e3 * slowest_s:.1f} ms")
     check("it ends well", rude.end() == 0)
 
-    idle = [socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) for _ in range(16)]
+    idle = [socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) for _ in range(64)]
     check("beside idle connections health is told, and nothing else", wait_for(lambda: one.ask("/api/v1/state").status == 503) and one.ask("/livez").status == 200)
     many = [socket.create_connection(("127.0.0.1", one.port), PATIENCE_S) for _ in range(200)]
     for client in idle + many:
         client.close()
     check("and all once they have gone", wait_for(lambda: one.ask("/api/v1/state").status == 200))
+    # Users behind one proxy: connections that have shown a token are those of its session, not of the address.
+    admitted, refused = [], 0
+    for _ in range(140):
+        client = one.connection()
+        client.request("GET", "/api/v1/state", headers={"Authorization": f"Bearer {one.token}"})
+        answer = client.getresponse()
+        answer.read()
+        admitted.append(client)
+        refused += answer.status == 503
+    check("128 connections of one session from one address are served, more are not", refused == 12, refused)
+    check("and the address is not kept out by them", one.ask("/livez").status == 200 and one.ask("/").status == 200)
+    for client in admitted:
+        client.close()
+    check("and the session again once they have gone", wait_for(lambda: one.ask("/api/v1/state").status == 200))
     # From many addresses, so that one address's limit does not keep them out.
     crowd = []
     for number in range(1000):

@@ -203,6 +203,7 @@ Response Routes::checked_answer(const Request& request, std::string_view& route)
     route = found.route->id;
     const Holder holder = found.route->role ? admit(request, *found.route) : Holder{};
     Response response = dispatch(request, found, query, holder);
+    if (found.route->role) response.session = holder.name.empty() ? request.address : holder.name;
     leave_out(response, request.if_none_match);
     return response;
 }

@@ -48,6 +48,7 @@ struct Response {
     std::string pictures_of{};
     std::optional<Job> job{};    ///< makes the answer that is sent instead of this one
     std::string_view route{};    ///< id of the row of the table of routes, or another word; static
+    std::string session{};       ///< name of who was admitted to ask; empty: the route is open
     bool may_have_acted = false; ///< though it is a refusal: what a daemon was asked to do has no answer
 };
 
