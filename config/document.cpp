@@ -10,6 +10,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cerrno>
 
 namespace obscura::config {
 namespace {
@@ -153,7 +154,8 @@ Value parse_text(std::string_view text, const std::string& name) {
 Value parse_file(const std::filesystem::path& file) {
     std::string text;
     if (const std::string why = read_text(file, text); !why.empty())
-        throw ConfigError(fmt::format("{}: cannot be opened: {}", file.string(), why));
+        throw ConfigError(fmt::format("{}: cannot be opened: {}", file.string(), why),
+                          errno != 0 ? errno : EISDIR);
     return parse_text(text, file.string());
 }
 

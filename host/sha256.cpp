@@ -48,7 +48,7 @@ public:
 
 private:
     [[noreturn]] void fail() const {
-        throw InputError(fmt::format("{}: cannot be read: {}", name_, std::strerror(errno)));
+        throw InputError(fmt::format("{}: cannot be read: {}", name_, std::strerror(errno)), errno);
     }
 
     std::string name_;

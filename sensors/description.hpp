@@ -46,6 +46,7 @@ struct ReadoutSettings {
     std::int32_t blanking_rows = 0;      ///< idle row slots at the end of each cycle
     bool stretch_blanking = true;        ///< add idle slots for an exposure that is longer than the cycle
     std::int64_t exposure_step_ns = 1;   ///< global shutter and push-broom: exposures are multiples of this
+    std::int64_t exposure_max_ns = 0;    ///< longest exposure that the chip's counter holds; 0: any
     double line_rate_hz = 1000;          ///< push-broom
     std::int32_t window_step = 1;        ///< x and y of a window are multiples of this
     bool strict = true;                  ///< refuse impossible windows; otherwise crop and align them

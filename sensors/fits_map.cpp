@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <memory>
 #include <system_error>
@@ -70,7 +71,7 @@ void write_fits_map(const std::filesystem::path& file, std::span<const float> ma
     int status = 0;
     fitsfile* raw = nullptr;
     if (fits_create_diskfile(&raw, file.c_str(), &status) != 0)
-        throw OutputError(fmt::format("{}: cannot be created: {}", file.string(), explain(status)));
+        throw OutputError(fmt::format("{}: cannot be created: {}", file.string(), explain(status)), errno);
     FitsHandle handle(raw);
     std::array<long, 2> size{width, height};
     fits_create_img(raw, FLOAT_IMG, 2, size.data(), &status);

@@ -84,9 +84,11 @@ std::string normalise(const ReadoutSettings& s, std::size_t index, WindowRequest
             return fmt::format("window {}: nothing of it lies on the {}x{} array", index, s.width, s.height);
         flags |= window_cropped;
     }
-    if (request.exposure_ns <= 0 || request.exposure_ns > max_exposure_ns)
-        return fmt::format("window {}: ExposureTime: {} ns, above 0 and at most {} ns is allowed", index,
-                           request.exposure_ns, max_exposure_ns);
+    const std::int64_t longest_ns = s.exposure_max_ns > 0 ? s.exposure_max_ns : max_exposure_ns;
+    if (request.exposure_ns <= 0 || request.exposure_ns > longest_ns)
+        return fmt::format("window {}: ExposureTime: {} ns, above 0 and at most {} ns is allowed{}", index,
+                           request.exposure_ns, longest_ns,
+                           s.exposure_max_ns > 0 ? " (the chip's counter)" : "");
     const bool several = request.sampling == Sampling::cds || request.sampling == Sampling::ramp;
     const std::int32_t least = several ? 2 : 1;
     const std::int32_t most = request.sampling == Sampling::destructive ? 1 : 64;

@@ -190,6 +190,11 @@ config::Keys keys_of(ReadoutSettings& s) {
             .unit("ns")
             .range(1, 1e9)
             .help("Global shutter and push-broom: increment of the exposure time"),
+        config::key("exposure_max_ns", &s.exposure_max_ns)
+            .unit("ns")
+            .range(0, 3.6e12)
+            .help(
+                "Longest exposure that the chip's own counter holds; 0: it has none, the host times exposures"),
         config::key("line_rate_hz", &s.line_rate_hz)
             .unit("Hz")
             .range(1e-3, 1e7)

@@ -44,7 +44,7 @@ void make_token_file(const std::filesystem::path& file) {
     const FileDescriptor out(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, allowed_mode));
     if (!out || ::write(out.get(), token.data(), token.size()) != static_cast<ssize_t>(token.size()) ||
         ::fsync(out.get()) != 0)
-        throw OutputError(fmt::format("{}: {}", file.string(), std::strerror(errno)));
+        throw OutputError(fmt::format("{}: {}", file.string(), std::strerror(errno)), errno);
 }
 
 Token read_token_file(const std::filesystem::path& file) {

@@ -128,7 +128,7 @@ int make_token(const Options& options) {
     ::umask(before);
     out << Tokens::line(*enum_named<Role>(options.new_token), token, options.name) << '\n';
     out.close();
-    if (!out) throw OutputError(fmt::format("{}: {}", options.tokens, std::strerror(errno)));
+    if (!out) throw OutputError(fmt::format("{}: {}", options.tokens, std::strerror(errno)), errno);
     const std::string address = addresses_of(options).front();
     fmt::print(
         "{}\n",

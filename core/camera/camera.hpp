@@ -124,7 +124,7 @@ struct CameraLimits {
     bool strict = true;        ///< windows must lie on the sensor; otherwise the chip crops them
     std::array<LineEdges, line_count> lines{LineEdges{.rising = true}};
     int adc_bits = 12;
-    std::int64_t exposure_min_ns = 1000, exposure_max_ns = 10 * ns_per_s;
+    std::int64_t exposure_min_ns = 1000, exposure_max_ns = 3600 * ns_per_s;
     double gain_min_db = 0, gain_max_db = 24;
     double frame_rate_min_hz = 0.01, frame_rate_max_hz = 1000;
     double black_level_min_dn = 0, black_level_max_dn = 0; ///< equal: fixed

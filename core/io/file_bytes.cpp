@@ -23,7 +23,7 @@ FileBytes read_file_bytes(const std::filesystem::path& file) {
     const FileDescriptor in(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
     struct stat status {};
     if (!in || ::fstat(in.get(), &status) != 0)
-        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)), errno);
     const auto size = static_cast<std::size_t>(status.st_size);
     require_memory(size, file.string());
     const std::shared_ptr<std::byte[]> bytes(new std::byte[size]);
@@ -33,7 +33,8 @@ FileBytes read_file_bytes(const std::filesystem::path& file) {
         const ssize_t done = ::read(in.get(), bytes.get() + at, std::min(part, size - at));
         if (done < 0 && errno == EINTR) continue;
         if (done < 0)
-            throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+            throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)),
+                             errno);
         if (done == 0)
             throw InputError(
                 fmt::format("{}: was cut to {} of {} bytes while it was read", file.string(), at, size));

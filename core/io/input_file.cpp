@@ -50,14 +50,16 @@ void require_regular_file(const std::filesystem::path& file) {
     if (!std::filesystem::is_regular_file(status))
         throw InputError(
             fmt::format("{}: cannot be opened: {}", file.string(),
-                        std::filesystem::exists(status) ? "not a regular file" : error.message()));
+                        std::filesystem::exists(status) ? "not a regular file" : error.message()),
+            error.value());
     note_input(file);
 }
 
 InputFile open_input(const std::filesystem::path& file) {
     require_regular_file(file);
     InputFile in(std::fopen(file.c_str(), "rbe"));
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    if (!in)
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)), errno);
     return in;
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 std::filesystem::path checked_path(const std::filesystem::path& path, const std::filesystem::path& found,
                                    const std::error_code& error) {
-    if (error) throw InputError(fmt::format("{}: {}", path.string(), error.message()));
+    if (error) throw InputError(fmt::format("{}: {}", path.string(), error.message()), error.value());
     return found;
 }
 
@@ -54,7 +54,9 @@ std::filesystem::path real_path(const std::filesystem::path& path) {
 std::filesystem::path temporary_files_folder() {
     std::error_code error;
     std::filesystem::path folder = std::filesystem::temp_directory_path(error);
-    if (error) throw OutputError(fmt::format("folder for temporary files (TMPDIR): {}", error.message()));
+    if (error)
+        throw OutputError(fmt::format("folder for temporary files (TMPDIR): {}", error.message()),
+                          error.value());
     return folder;
 }
 

@@ -48,6 +48,7 @@ std::string make_plain_text(std::string& text) {
 
 std::string read_plain_text(const std::filesystem::path& file, std::size_t max_bytes, std::string& text,
                             InputKind kind) {
+    errno = 0; // so that a caller may ask for the cause
     // Non-blocking, so that a pipe under this name cannot hold up the start.
     const FileDescriptor in(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     struct stat facts {};

@@ -28,6 +28,8 @@ CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_ma
     limits.windows_max = static_cast<std::uint32_t>(sensor.readout.windows_max);
     limits.rows_max = std::max(rows_max, sensor.readout.height);
     limits.strict = sensor.readout.strict;
+    if (sensor.readout.exposure_max_ns > 0)
+        limits.exposure_max_ns = std::min(limits.exposure_max_ns, sensor.readout.exposure_max_ns);
     limits.adc_bits = sensor.detector.adc_bits;
     limits.black_level_max_dn = max_black_level_dn(sensor.detector.adc_bits);
     limits.black_level_min_dn = std::min(0.0, sensor.detector.offset_dn);

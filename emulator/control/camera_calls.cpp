@@ -86,10 +86,12 @@ json readout_of(const Camera& camera) {
             {"windows", std::move(windows)}};
 }
 
-/// Waits until the outcome of a trigger is known. Throws Failure.
-OutcomeRecord await_outcome(OutcomeRing& outcomes, OutcomeRing::Request& request, const Work& work) {
+/// Waits until the outcome of a trigger is known, of a frame that is exposed for `exposure_ns`. Throws
+/// Failure.
+OutcomeRecord await_outcome(OutcomeRing& outcomes, OutcomeRing::Request& request, std::int64_t exposure_ns,
+                            const Work& work) {
     const MonotonicClock clock;
-    const Time give_up = clock.now() + frame_timeout_ns;
+    const Time give_up = clock.now() + frame_timeout_ns + exposure_ns;
     for (;;) {
         if (work.cancelled()) throw service::cancelled();
         const Time now = clock.now();
@@ -322,11 +324,15 @@ Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
     OutcomeRing& outcomes = chosen.camera.outcomes();
     OutcomeRing::Request request;
     Time edge;
+    std::int64_t exposure_ns = 0; // of all windows
     bool accepted = false;
     change(chosen, [&] {
         if (!chosen.camera.acquiring())
             throw not_now("camera.trigger: the camera does not acquire", "camera.start");
-        const TriggerChoice choice = chosen.camera.settings().frame_trigger;
+        const CameraSettings settings = chosen.camera.settings();
+        for (std::size_t i = 0; i < settings.window_count(); ++i)
+            exposure_ns += settings.window(i).exposure_ns;
+        const TriggerChoice choice = settings.frame_trigger;
         if (!choice.enabled || choice.source != TriggerSource::software)
             throw not_now(
                 fmt::format("camera.trigger: TriggerMode is {} and TriggerSource {}, not On and Software",
@@ -339,7 +345,8 @@ Answer CameraCalls::trigger(const Trigger& trigger, Work& work) const {
     Answer answer;
     answer.head = {{"accepted", accepted}, {"edge_tai_ns", edge.ns + chosen.clock.tai_offset_ns()}};
     if (!trigger.wait) return answer;
-    const OutcomeRecord record = accepted ? await_outcome(outcomes, request, work) : OutcomeRecord{};
+    const OutcomeRecord record =
+        accepted ? await_outcome(outcomes, request, exposure_ns, work) : OutcomeRecord{};
     answer.head["outcome"] = name_of(record.outcome);
     if (record.outcome == FrameOutcome::missed) return answer;
     answer.head["frame"] = record.frame_id;

@@ -36,7 +36,10 @@ struct Arguments {
                  .range(0, 9e15)
                  .help(
                      "Only a frame whose `number` is larger: that of the frame that the client has seen last; 0: any"),
-             config::key("wait_s", &wait_s).unit("s").range(0, 60).help("Longest wait for such a frame"),
+             config::key("wait_s", &wait_s)
+                 .unit("s")
+                 .range(0, 3660)
+                 .help("Longest wait for such a frame; an exposure can last an hour"),
              config::key("codec", &codec).help("How the pixels are compressed")}};
     }
 };

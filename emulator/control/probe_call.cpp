@@ -39,7 +39,7 @@ struct ProbeFrameArguments {
                      .help("Number of the frame in its acquisition, one of the newest; 0: the newest"),
                  config::key("wait_s", &wait_s)
                      .unit("s")
-                     .range(0, 60)
+                     .range(0, 3660)
                      .help("Longest wait for a frame where none was looked at")}};
     }
 };

@@ -43,7 +43,7 @@ struct TruthArguments {
                      .help("Number of the frame, one of the latest that were looked at; 0: the newest"),
                  config::key("wait_s", &wait_s)
                      .unit("s")
-                     .range(0, 60)
+                     .range(0, 3660)
                      .help("Longest wait for a frame where none was looked at")}};
     }
 };

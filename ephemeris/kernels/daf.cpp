@@ -10,6 +10,7 @@
 
 #include <array>
 #include <bit>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -85,7 +86,7 @@ std::string kind_of(const std::string& file, std::string_view id) {
 class TransferLines {
 public:
     explicit TransferLines(const std::string& file) : file_(file), in_(file) {
-        if (!in_) throw InputError(fmt::format("{}: cannot be opened", file));
+        if (!in_) throw InputError(fmt::format("{}: cannot be opened", file), errno);
     }
 
     [[nodiscard]] std::string next() {

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <limits>
 
@@ -219,7 +220,7 @@ void KernelPool::read(const std::filesystem::path& file) {
     std::string text;
     if (const std::string why = read_plain_text(file, max_kernel_bytes, text); !why.empty())
         throw InputError(
-            fmt::format("{}: neither a text kernel nor a DAF (SPK, CK, PCK): {}", file.string(), why));
+            fmt::format("{}: neither a text kernel nor a DAF (SPK, CK, PCK): {}", file.string(), why), errno);
     read_text(text, file.string());
 }
 

@@ -88,7 +88,8 @@ void on_png_warning(png_structp, png_const_charp) {}
 std::vector<HeaderCard> cards_of_png(const std::filesystem::path& file) {
     const auto close = [](std::FILE* f) { std::fclose(f); };
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    if (!in)
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)), errno);
     png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, on_png_error, on_png_warning);
     if (png == nullptr) throw std::bad_alloc();
     png_infop info = nullptr;
@@ -114,7 +115,7 @@ std::vector<HeaderCard> cards_of_png(const std::filesystem::path& file) {
 std::vector<HeaderCard> cards_of_sidecar(const std::filesystem::path& file) {
     std::string content;
     if (const std::string why = read_plain_text(file, std::size_t{16} << 20, content); !why.empty())
-        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), why));
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), why), errno);
     std::istringstream in(content);
     std::vector<HeaderCard> cards;
     std::size_t number = 0;
@@ -154,7 +155,8 @@ std::vector<HeaderCard> read_header_cards(const std::filesystem::path& file) {
         return cards_of_sidecar(std::filesystem::path(file).replace_extension(".toml"));
     if (file.extension() == ".toml") return cards_of_sidecar(file);
     std::ifstream in(file, std::ios::binary);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    if (!in)
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)), errno);
     std::array<char, 8> magic{};
     in.read(magic.data(), magic.size());
     in.close();

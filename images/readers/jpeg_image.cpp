@@ -46,7 +46,8 @@ template<typename Use>
 auto decode(const std::filesystem::path& file, const Use& use) {
     const auto close = [](std::FILE* f) { std::fclose(f); };
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    if (!in)
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)), errno);
     try {
         Decoder d(in.get());
         jpeg_read_header(&d.jpeg, TRUE);

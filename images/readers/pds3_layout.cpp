@@ -238,7 +238,8 @@ void Pds3Samples::read(std::int64_t band, std::int64_t x, std::int64_t y, std::s
                                     static_cast<off_t>(start + static_cast<std::int64_t>(done)));
         if (got < 0 && errno == EINTR) continue;
         if (got < 0)
-            throw InputError(fmt::format("{}: cannot be read: {}", at_.data.string(), std::strerror(errno)));
+            throw InputError(fmt::format("{}: cannot be read: {}", at_.data.string(), std::strerror(errno)),
+                             errno);
         if (got == 0)
             throw InputError(fmt::format("{}: ends in line {} of {}", at_.data.string(), y + 1, at_.height));
         done += static_cast<std::size_t>(got);

@@ -47,7 +47,7 @@ std::vector<std::string> csv_cells(const std::string& line) {
 TruthLines read_csv_table(const std::filesystem::path& file, const std::string& frame) {
     std::string content;
     if (const std::string why = read_plain_text(file, max_table_bytes, content); !why.empty())
-        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), why));
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), why), errno);
     std::istringstream in(content);
     TruthLines out;
     std::size_t number = 0, frame_column = 0, kind_column = 0;

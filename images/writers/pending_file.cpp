@@ -27,7 +27,7 @@ PendingFile::PendingFile(std::filesystem::path target)
     // Create the file here, so that an unwritable folder is reported by errno and not by an image library.
     const std::lock_guard lock(pending_mutex);
     const int file = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (file < 0) fail(std::strerror(errno));
+    if (file < 0) fail(std::strerror(errno), errno);
     close(file);
     pending.insert(temporary_);
 }
@@ -41,7 +41,7 @@ PendingFile::~PendingFile() {
 
 void PendingFile::commit() {
     const std::lock_guard lock(pending_mutex);
-    if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(std::strerror(errno));
+    if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(std::strerror(errno), errno);
     pending.erase(temporary_);
     temporary_.clear();
 }
@@ -52,21 +52,23 @@ void remove_pending_files() noexcept {
         unlink(file.c_str());
 }
 
-void PendingFile::fail(std::string_view why) const {
-    throw OutputError(fmt::format("{}: cannot be written: {}", target_.string(), why));
+void PendingFile::fail(std::string_view why, int cause) const {
+    throw OutputError(fmt::format("{}: cannot be written: {}", target_.string(), why), cause);
 }
 
 void require_writable(const std::filesystem::path& directory) {
     std::error_code error;
     const auto status = std::filesystem::status(directory, error);
     if (!std::filesystem::exists(status))
-        throw OutputError(fmt::format("{}: no such directory", directory.string()));
+        throw OutputError(fmt::format("{}: no such directory", directory.string()),
+                          error ? error.value() : ENOENT);
     if (!std::filesystem::is_directory(status))
-        throw OutputError(fmt::format("{}: not a directory", directory.string()));
+        throw OutputError(fmt::format("{}: not a directory", directory.string()), ENOTDIR);
     const auto probe = temporary_beside(directory / "probe");
     const int file = open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0)
-        throw OutputError(fmt::format("{}: cannot be written: {}", directory.string(), std::strerror(errno)));
+        throw OutputError(fmt::format("{}: cannot be written: {}", directory.string(), std::strerror(errno)),
+                          errno);
     close(file);
     unlink(probe.c_str());
 }
@@ -75,7 +77,8 @@ void make_writable(const std::filesystem::path& directory) {
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (error && !path_exists(directory))
-        throw OutputError(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
+        throw OutputError(fmt::format("{}: cannot be created: {}", directory.string(), error.message()),
+                          error.value());
     require_writable(directory);
 }
 

@@ -24,7 +24,7 @@ public:
     /// Throws OutputError.
     void commit();
     /// Throws OutputError `target: cannot be written: why`.
-    [[noreturn]] void fail(std::string_view why) const;
+    [[noreturn]] void fail(std::string_view why, int cause = 0) const;
 
 private:
     std::filesystem::path target_;

@@ -31,7 +31,8 @@ RowFile::RowFile(std::filesystem::path file)
     : path_(std::move(file)),
       file_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666)) {
     if (!file_)
-        throw OutputError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(errno)));
+        throw OutputError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(errno)),
+                          errno);
 }
 
 void RowFile::add(std::string_view row) {

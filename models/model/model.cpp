@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <optional>
 #include <utility>
 
@@ -63,7 +64,7 @@ constexpr std::array<std::string_view, 6> known_properties{
 std::shared_ptr<const Model> Model::load(const std::filesystem::path& file) {
     std::string text;
     if (const std::string why = read_plain_text(file, max_source_bytes, text); !why.empty())
-        throw InputError(fmt::format("{}: {}", file.string(), why));
+        throw InputError(fmt::format("{}: {}", file.string(), why), errno);
     return parse(file.string(), std::move(text));
 }
 

@@ -59,7 +59,7 @@ std::uint64_t shards_of(std::uint64_t file_bytes, std::uint64_t shard_bytes) {
 InputShards::InputShards(const std::filesystem::path& file) : file_(file), name_(file.string()) {
     require_regular_file(file);
     shards_.emplace_back(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-    if (!shards_[0]) throw InputError(fmt::format("{}: cannot open: {}", name_, error_text(errno)));
+    if (!shards_[0]) throw InputError(fmt::format("{}: cannot open: {}", name_, error_text(errno)), errno);
 }
 
 void InputShards::open_all(std::uint64_t file_bytes, std::uint64_t shard_bytes) {
@@ -75,7 +75,7 @@ void InputShards::open_all(std::uint64_t file_bytes, std::uint64_t shard_bytes) 
         }
         struct stat status {};
         if (!shards_[k] || ::fstat(shards_[k].get(), &status) != 0)
-            throw InputError(fmt::format("{}: cannot open: {}", path.string(), error_text(errno)));
+            throw InputError(fmt::format("{}: cannot open: {}", path.string(), error_text(errno)), errno);
         const std::uint64_t stated = std::min(shard_bytes, file_bytes - k * shard_bytes);
         if (static_cast<std::uint64_t>(status.st_size) != stated)
             throw InputError(
@@ -93,7 +93,7 @@ void InputShards::read(std::uint64_t place, std::span<std::byte> out) const {
             const ssize_t n = read_all(shards_[shard].get(), out.data() + done, piece, at);
             if (n < 0)
                 throw InputError(
-                    fmt::format("{}: cannot read at byte {}: {}", name_, place, error_text(errno)));
+                    fmt::format("{}: cannot read at byte {}: {}", name_, place, error_text(errno)), errno);
             if (static_cast<std::size_t>(n) < piece)
                 throw InputError(fmt::format("{}: ends before byte {}", name_, place + out.size()));
         });
@@ -107,7 +107,7 @@ OutputShards::OutputShards(const std::filesystem::path& file, std::uint64_t shar
 }
 
 void OutputShards::fail(const std::string& what) const {
-    throw OutputError(fmt::format("{}: cannot {}: {}", file_.string(), what, error_text(errno)));
+    throw OutputError(fmt::format("{}: cannot {}: {}", file_.string(), what, error_text(errno)), errno);
 }
 
 int OutputShards::shard(std::uint64_t number) {

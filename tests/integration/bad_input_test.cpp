@@ -200,23 +200,23 @@ TEST_CASE("bad command lines: exit 64") {
                 "obscura grab: --rate and --software-trigger-rate exclude each other");
 }
 
-TEST_CASE("outputs that cannot be written: exit 74, before anything is computed") {
+TEST_CASE("outputs that cannot be created: exit 73, before anything is computed") {
     const TempFolder folder;
     const std::string scene = OBSCURA_SOURCE_DIR "/config/scenes/demo.toml";
     const std::string config = OBSCURA_SOURCE_DIR "/config/demo.toml";
     Outcome outcome = run(folder, {"render", scene, "-o", (folder.path() / "no" / "x.exr").string()});
     CHECK(outcome.line == "no: no such directory");
-    CHECK(outcome.status == 74);
+    CHECK(outcome.status == 73);
     // procfs refuses new files even to root.
     outcome = run(folder, {"render", scene, "-o", "/proc/self/x.exr"});
     CHECK(outcome.line == "/proc/self: cannot be written: No such file or directory");
-    CHECK(outcome.status == 74);
+    CHECK(outcome.status == 73);
     outcome = run(folder, {"capture", config, "-o", folder.write("file", "").string()});
     CHECK(outcome.line == "file: not a directory");
-    CHECK(outcome.status == 74);
+    CHECK(outcome.status == 73);
     outcome = run(folder, {"grab", "-o", "/proc/self/frames"});
     CHECK(outcome.line == "/proc/self/frames: cannot be created: No such file or directory");
-    CHECK(outcome.status == 74);
+    CHECK(outcome.status == 73);
 }
 
 TEST_CASE("no camera there: exit 69") {

@@ -135,14 +135,14 @@ def settings_and_triggers(daemon):
               [camera.server["permission"], other.server["permission"]] == ["admin", "scene"])
         rows = {row["name"]: row for row in camera.features()}
         check("settings have unit, range and value", rows["ExposureTime"]["unit"] == "us" and
-              rows["ExposureTime"]["allowed"] == "1 to 1e7 us" and rows["ExposureTime"]["value"] == 10000,
+              rows["ExposureTime"]["allowed"] == "1 to 3.6e9 us" and rows["ExposureTime"]["value"] == 10000,
               rows["ExposureTime"])
         check("and say whether they can change", rows["Width"]["locked"] and not rows["Gain"]["locked"])
         check("a write answers with all that has changed", camera.set(ExposureTime=2500, Gain=0) == {"ExposureTime": 2500})
         check("the typed calls tell the same", camera.calls.camera_get(names=["ExposureTime"])["values"] == {"ExposureTime": 2500})
         check("another client sees it", other.get("ExposureTime") == 2500 and other.get("Gain", "Width") == {"Gain": 0, "Width": WIDTH})
         check_refused("a value out of range is refused as in a file", "bad-argument",
-                      "camera.set: ExposureTime: 0 is out of range, allowed 1 to 1e7 us", lambda: camera.set(ExposureTime=0, Gain=3))
+                      "camera.set: ExposureTime: 0 is out of range, allowed 1 to 3.6e9 us", lambda: camera.set(ExposureTime=0, Gain=3))
         check("and nothing of that request holds", camera.get("Gain") == 0)
         check_refused("an unknown name is refused with a suggestion", "bad-argument", 'did you mean "Gain"?', lambda: camera.set(Gian=1))
         check_refused("a window beyond the sensor is refused", "bad-argument", "OffsetX", lambda: camera.set(OffsetX=8))

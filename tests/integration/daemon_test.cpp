@@ -157,19 +157,19 @@ TEST_CASE("what is wrong is said in one line, with the exit status of its kind")
     SECTION("a configuration that is not there") {
         ChildProcess daemon(folder.path(), "gone",
                             {OBSCURA_BINARY_DIR "/emulator/obscurad", "--config", "/nowhere.toml"});
-        CHECK(daemon.wait(120s) == 78);
+        CHECK(daemon.wait(120s) == 66);
         CHECK_THAT(daemon.err(), ContainsSubstring("/nowhere.toml"));
     }
     SECTION("an output folder that cannot be made") {
         options.frames_folder = "/proc/obscura/frames";
         const auto [status, text] = run(options);
-        CHECK(status == 74);
+        CHECK(status == 73);
         CHECK_THAT(text, ContainsSubstring("/proc/obscura/frames"));
     }
     SECTION("an output folder that cannot be written to") {
         options.frames_folder = "/proc";
         const auto [status, text] = run(options);
-        CHECK(status == 74);
+        CHECK(status == 73);
         CHECK_THAT(text, ContainsSubstring("/proc"));
     }
 }

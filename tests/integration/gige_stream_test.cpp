@@ -1212,9 +1212,14 @@ TEST_CASE("Loss matrix", "[.loss]") {
 TEST_CASE("Features read back what was written, and refuse what cannot be") {
     Bench bench(limits());
     GigeClient client(address);
-    client.set("ExposureTime", 1234.56);
-    CHECK(client.real("ExposureTime") == 1234.56);
-    CHECK(bench.source.settings().exposure_ns == 1'234'560);
+    client.set("ExposureTime", 1234.56); // to the microsecond
+    CHECK(client.real("ExposureTime") == 1235);
+    CHECK(bench.source.settings().exposure_ns == 1'235'000);
+    client.set("ExposureTime", 3.6e9); // an hour
+    CHECK(client.real("ExposureTime") == 3.6e9);
+    CHECK(bench.source.settings().exposure_ns == 3600 * ns_per_s);
+    CHECK_THROWS(client.set("ExposureTime", 3.600001e9));
+    client.set("ExposureTime", 1234.0);
     client.set("Gain", 6.25);
     CHECK(client.real("Gain") == 6.25);
     client.set("AcquisitionFrameRate", 12.5);

@@ -79,7 +79,7 @@ for kind, reference in (("camera", "configuration"), ("scene", "scene")):
         status, _, error = call("new", kind, "--force", folder=folder)
         check(f"{kind}: but for --force", status == 0 and file.read_bytes() == before, error)
         status, _, error = call("new", kind, "no/such/folder.toml", folder=folder)
-        check(f"{kind}: what cannot be written is one line", status == 74 and error.count("\n") == 1, (status, error))
+        check(f"{kind}: what cannot be created is one line", status == 73 and error.count("\n") == 1, (status, error))
 
 with tempfile.TemporaryDirectory(prefix="obscura-new-") as temporary:
     folder = pathlib.Path(temporary)

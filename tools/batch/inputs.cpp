@@ -49,7 +49,7 @@ void plan_inputs(const std::filesystem::path& file, const InputRecord& record, P
 CheckedInputs::Stamp CheckedInputs::stamp_of(const std::string& file) {
     struct stat status {};
     if (::stat(file.c_str(), &status) != 0)
-        throw InputError(fmt::format("{}: cannot be read: {}", file, std::strerror(errno)));
+        throw InputError(fmt::format("{}: cannot be read: {}", file, std::strerror(errno)), errno);
     return {file, status.st_dev, status.st_ino, static_cast<std::uint64_t>(status.st_size),
             status.st_mtim.tv_sec * ns_per_s + status.st_mtim.tv_nsec};
 }

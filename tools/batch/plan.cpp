@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <system_error>
 
 namespace obscura::tools {
@@ -169,7 +170,7 @@ Plan read_plan(const std::filesystem::path& batch) {
     std::string text;
     if (const std::string why = config::read_text(file, text); !why.empty())
         throw InputError(
-            fmt::format("{}: cannot be opened: {}; obscura batch plan makes it", file.string(), why));
+            fmt::format("{}: cannot be opened: {}; obscura batch plan makes it", file.string(), why), errno);
     return parse_plan(text, file.string());
 }
 

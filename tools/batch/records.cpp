@@ -88,14 +88,15 @@ void ShardRecords::update() {
     if (!in && errno == ENOENT) return;
     struct stat status {};
     if (!in || ::fstat(in.get(), &status) != 0)
-        throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+        throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)), errno);
     if (!S_ISREG(status.st_mode)) throw InputError(fmt::format("{}: not a regular file", file.string()));
     const auto size = static_cast<std::uint64_t>(status.st_size);
     if (size < read_) read_ = 0; // it was written anew
     std::string text(size - read_, '\0');
     const ssize_t got =
         text.empty() ? 0 : ::pread(in.get(), text.data(), text.size(), static_cast<off_t>(read_));
-    if (got < 0) throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+    if (got < 0)
+        throw InputError(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)), errno);
     text.resize(static_cast<std::size_t>(got));
     std::string_view left = text;
     for (std::size_t end = 0; (end = left.find('\n')) != std::string_view::npos;) {

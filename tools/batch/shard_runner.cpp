@@ -48,8 +48,8 @@ public:
     void commit() {
         const FileDescriptor file(::open(path_.c_str(), O_RDONLY | O_CLOEXEC));
         if (!file || ::fsync(file.get()) != 0 || ::rename(path_.c_str(), final_.c_str()) != 0)
-            throw OutputError(
-                fmt::format("{}: cannot be written: {}", final_.string(), std::strerror(errno)));
+            throw OutputError(fmt::format("{}: cannot be written: {}", final_.string(), std::strerror(errno)),
+                              errno);
         path_.clear();
     }
 

@@ -49,7 +49,8 @@ std::vector<Example> examples() {
     }
     if (error)
         throw InputError(
-            fmt::format("{}: {}; the installation is incomplete", folder.string(), error.message()));
+            fmt::format("{}: {}; the installation is incomplete", folder.string(), error.message()),
+            error.value());
     std::sort(found.begin(), found.end(), [](const Example& a, const Example& b) { return a.name < b.name; });
     return found;
 }

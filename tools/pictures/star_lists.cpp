@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -128,7 +129,7 @@ bool is_star_list(const std::filesystem::path& file) {
 StarList read_star_list(const std::filesystem::path& file, const StarListChoice& choice) {
     require_regular_file(file);
     std::ifstream in(file, std::ios::binary);
-    if (!in) throw InputError(fmt::format("{}: cannot be read", file.string()));
+    if (!in) throw InputError(fmt::format("{}: cannot be read", file.string()), errno);
     std::string heading;
     std::size_t at = 0;
     if (!next_line(in, file, heading, at)) throw InputError(fmt::format("{}: empty", file.string()));

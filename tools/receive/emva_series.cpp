@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <locale>
@@ -43,7 +44,7 @@ bool read_number(std::istream& words, double& value) {
 
 Descriptor read_descriptor(const std::filesystem::path& file) {
     std::ifstream text(file);
-    if (!text) throw InputError(fmt::format("{}: cannot be opened", file.string()));
+    if (!text) throw InputError(fmt::format("{}: cannot be opened", file.string()), errno);
     Descriptor result;
     EmvaFormat& format = result.format;
     const auto refuse = [&](int line, std::string_view why) {

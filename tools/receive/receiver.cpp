@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <ctime>
@@ -194,6 +195,13 @@ std::optional<std::int64_t> Receiver::find_integer(const char* feature) const {
     if (!arv_device_is_feature_available(impl_->device.get(), feature, &error) || error) return std::nullopt;
     const gint64 value = arv_camera_get_integer(impl_->camera.get(), feature, &error);
     return error ? std::nullopt : std::optional<std::int64_t>(value);
+}
+
+std::optional<double> Receiver::find_real(const char* feature) const {
+    ErrorSlot error;
+    if (!arv_device_is_feature_available(impl_->device.get(), feature, &error) || error) return std::nullopt;
+    const double value = arv_camera_get_float(impl_->camera.get(), feature, &error);
+    return error ? std::nullopt : std::optional<double>(value);
 }
 
 void Receiver::set_flag(const char* feature, bool value) {

@@ -73,6 +73,8 @@ public:
     [[nodiscard]] std::string get_text(const char* feature) const;
     /// Value of an integer feature; nullopt if the camera does not have it.
     [[nodiscard]] std::optional<std::int64_t> find_integer(const char* feature) const;
+    /// Value of a floating-point feature; nullopt if the camera does not have it.
+    [[nodiscard]] std::optional<double> find_real(const char* feature) const;
     void set_flag(const char* feature, bool value);
     /// Minimum of a floating-point feature.
     [[nodiscard]] double least(const char* feature) const;

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -130,7 +131,7 @@ public:
                 std::ofstream raw(std::filesystem::path(save_) / "screen.raw", std::ios::binary);
                 raw.write(reinterpret_cast<const char*>(display.screen().data()),
                           static_cast<std::streamsize>(display.screen().size()));
-                if (!raw) throw OutputError(fmt::format("{}/screen.raw: cannot be written", save_));
+                if (!raw) throw OutputError(fmt::format("{}/screen.raw: cannot be written", save_), errno);
             });
             if (gadget) gadget->unbind();
         }

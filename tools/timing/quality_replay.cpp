@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 
 namespace obscura::tools {
@@ -14,7 +15,7 @@ namespace obscura::tools {
 QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& readout) {
     if (file.empty()) return;
     std::ifstream in(file);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened", file));
+    if (!in) throw InputError(fmt::format("{}: cannot be opened", file), errno);
     const std::vector<TimingFile> runs = acquisitions(read_timing(in, file));
     if (runs.empty())
         throw InputError(fmt::format("{}: no frames, allowed is the timing file of a run", file));

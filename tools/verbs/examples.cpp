@@ -96,7 +96,7 @@ private:
         fs::create_directories(to, error);
         // Shipped files may be read-only, or owned by root: copies are the user's own.
         if (!error) fs::copy(example.folder, to, fs::copy_options::recursive, error);
-        if (error) throw OutputError(fmt::format("{}: {}", copy_, error.message()));
+        if (error) throw OutputError(fmt::format("{}: {}", copy_, error.message()), error.value());
         if (json_) {
             fmt::print("{}\n", to_json(example).dump(2));
             return exit_ok;

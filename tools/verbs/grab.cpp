@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -105,15 +106,15 @@ public:
             "--lens", &lens_, "FILE",
             "With --intrinsics: daemon configuration of the camera, whose projection and distortion the JSON file then has; "
             "frames do not carry them");
-        line.number("--timeout", &timeout_s_, "S", "Give up when no frame arrives for this many seconds",
-                    0.01, 3600);
+        line.number("--timeout", &timeout_s_, "S",
+                    "Give up when no frame arrives for this many seconds beside its exposure", 0.01, 3600);
         line.number("--rate", &rate_hz_, "HZ",
                     "Set TriggerMode Off and AcquisitionFrameRate to this rate (0: leave as set)", 0, 10000);
         line.number("--software-trigger-rate", &software_rate_hz_, "HZ",
                     "Set TriggerSource Software and execute TriggerSoftware at this rate (0: leave as set)",
                     0, 10000);
         line.number("--exposure-us", &exposure_us_, "US",
-                    "Set ExposureTime to this many microseconds (0: leave as set)", 0, 1e8);
+                    "Set ExposureTime to this many microseconds (0: leave as set)", 0, 3.6e9);
         line.number("--gain-db", &gain_db_, "DB", "Set Gain to this many decibels (-1: leave as set)", -1,
                     100);
         line.option("--pixel-format", &pixel_format_, "FORMAT",
@@ -204,7 +205,7 @@ private:
         if (!chunks_) return;
         const std::filesystem::path file = std::filesystem::path(output_) / "chunks.jsonl";
         truth_file_.open(file);
-        if (!truth_file_) throw OutputError(fmt::format("{}: cannot be written", file.string()));
+        if (!truth_file_) throw OutputError(fmt::format("{}: cannot be written", file.string()), errno);
     }
 
     static std::int32_t integer(const Receiver& receiver, const char* feature, std::int32_t otherwise) {
@@ -244,13 +245,14 @@ private:
 
     void receive_all(Receiver& receiver) {
         Progress progress("grab", frames_);
+        exposure_s_ = 1e-6 * receiver.find_real("ExposureTime").value_or(0);
         std::uint64_t previous = 0;
         while (received_ < frames_ && !host::interrupted()) {
             const std::optional<ReceivedFrame> frame = receive_one(receiver);
             if (!frame) {
                 if (!host::interrupted())
                     print_message(fmt::format("obscura grab: no frame for {} s, {} of {} received",
-                                              timeout_s_, received_, frames_));
+                                              timeout_s_ + exposure_s_, received_, frames_));
                 return;
             }
             ++received_;
@@ -279,7 +281,8 @@ private:
 
     /// Waits in short steps, so that an interrupt ends the wait.
     std::optional<ReceivedFrame> receive_one(Receiver& receiver) const {
-        const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s_);
+        const auto give_up =
+            std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s_ + exposure_s_);
         while (std::chrono::steady_clock::now() < give_up && !host::interrupted())
             if (auto frame = receiver.receive(std::min(0.1, timeout_s_))) return frame;
         return std::nullopt;
@@ -302,7 +305,8 @@ private:
             const images::Cards more = chunk_cards(*chunks);
             cards.insert(cards.end(), more.begin(), more.end());
             truth_file_ << chunk_json(*chunks, files_.name(frame.block_id)) << std::endl;
-            if (!truth_file_) throw OutputError(fmt::format("{}/chunks.jsonl: cannot be written", output_));
+            if (!truth_file_)
+                throw OutputError(fmt::format("{}/chunks.jsonl: cannot be written", output_), errno);
         }
         // With binning or parts of their own the windows lie elsewhere.
         const Region image{0, 0, frame.width, frame.height};
@@ -378,7 +382,8 @@ private:
     FrameFiles files_;
     std::vector<Region> windows_; ///< in pixels of the frames; empty: not known
     std::uint64_t frames_ = 10;
-    double timeout_s_ = 5, rate_hz_ = 0, software_rate_hz_ = 0, exposure_us_ = 0, gain_db_ = -1;
+    double timeout_s_ = 5, exposure_s_ = 0, rate_hz_ = 0, software_rate_hz_ = 0, exposure_us_ = 0,
+           gain_db_ = -1;
     std::int32_t packet_size_ = 0, packet_delay_ns_ = -1;
     bool json_ = false, chunks_ = false;
     std::ofstream truth_file_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura import ephemeris`: SPK kernel from casacore's DE405, or from a kernel in another form.
 #include "core/error.hpp"
+#include "core/io/input_file.hpp"
 #include "core/io/path_state.hpp"
 #include "ephemeris/kernels/daf.hpp"
 #include "ephemeris/kernels/daf_writer.hpp"
@@ -94,6 +95,7 @@ private:
     }
 
     static std::string converted(const std::filesystem::path& file) {
+        (void)open_input(file); // says why it cannot be read, if so
         if (!ephemeris::Daf::starts_as_daf(file))
             throw InputError(fmt::format("{}: neither a casacore table nor an SPK, CK or binary PCK kernel",
                                          file.string()));

@@ -19,6 +19,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -54,7 +55,7 @@ std::string title_comment(const std::string& text) {
 std::string source_of(const fs::path& file) {
     std::string text;
     if (const std::string why = read_plain_text(file, models::max_source_bytes, text); !why.empty())
-        throw InputError(fmt::format("{}: {}", file.string(), why));
+        throw InputError(fmt::format("{}: {}", file.string(), why), errno);
     return text;
 }
 

@@ -97,13 +97,15 @@ public:
         const std::filesystem::path root = std::filesystem::canonical(root_.empty() ? "." : root_, error);
         if (error || !is_folder_at(root))
             throw InputError(
-                fmt::format("obscura serve: --root {}: {}", root_, error ? error.message() : "no folder"));
+                fmt::format("obscura serve: --root {}: {}", root_, error ? error.message() : "no folder"),
+                error.value());
         std::filesystem::path output;
         if (!output_.empty()) {
             output = std::filesystem::canonical(output_, error);
             if (error || !is_folder_at(output))
                 throw InputError(fmt::format("obscura serve: --output {}: {}", output_,
-                                             error ? error.message() : "no folder"));
+                                             error ? error.message() : "no folder"),
+                                 error.value());
         }
         std::vector<service::Listener> listeners;
         if (address_ != "none") listeners.push_back(service::Listener::tcp(address_, !tokens.empty()));

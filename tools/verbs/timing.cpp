@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 
@@ -47,7 +48,7 @@ public:
 private:
     std::string report() const {
         std::ifstream in(file_);
-        if (!in) throw InputError(fmt::format("{}: cannot be opened", file_));
+        if (!in) throw InputError(fmt::format("{}: cannot be opened", file_), errno);
         const TimingFile run = read_timing(in, file_);
         if (format_ == "csv") return timing_csv(run);
         if (format_ == "svg") return timing_svg(run);

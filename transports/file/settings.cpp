@@ -65,7 +65,8 @@ std::unique_ptr<Transport> make_transport(const FileSinkSettings& s, const Trans
     std::filesystem::create_directories(s.directory, error);
     if (error)
         throw OutputError(fmt::format("{}: file.directory: cannot make {}: {}", context.configuration,
-                                      s.directory, error.message()));
+                                      s.directory, error.message()),
+                          error.value());
     return std::make_unique<FileSink>(s);
 }
 

@@ -87,7 +87,7 @@ std::string FrameFiles::made(const std::string& name,
     if (folder_.empty()) {
         std::string name_of_folder = (temporary_files_folder() / "obscura-web-XXXXXX").string();
         if (::mkdtemp(name_of_folder.data()) == nullptr)
-            throw OutputError(fmt::format("{}: {}", name_of_folder, std::strerror(errno)));
+            throw OutputError(fmt::format("{}: {}", name_of_folder, std::strerror(errno)), errno);
         folder_ = name_of_folder;
     }
     const std::filesystem::path path = folder_ / name;
@@ -97,7 +97,7 @@ std::string FrameFiles::made(const std::string& name,
     text << in.rdbuf();
     std::error_code ignored;
     std::filesystem::remove(path, ignored);
-    if (!in) throw OutputError(fmt::format("{}: cannot be read back", path.string()));
+    if (!in) throw OutputError(fmt::format("{}: cannot be read back", path.string()), errno);
     return std::move(text).str();
 }
 

@@ -73,7 +73,7 @@ std::string error_of(const std::function<void()>& write) {
     try {
         write();
     } catch (const Error& error) {
-        CHECK(error.status() == exit_io);
+        CHECK(error.status() == exit_no_output);
         return error.what();
     }
     return "no error";

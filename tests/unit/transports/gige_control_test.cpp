@@ -873,6 +873,14 @@ TEST_CASE("What a state file says is escaped, checked and validated") {
     CHECK(read == state);
     const std::string good = test::text_of(file);
 
+    // Version 1 had exposure times in 10 ns: 123.45 us, and of Region1 0.5 us. The checksum is that of zlib.
+    std::ofstream(file)
+        << "version = 1\ndevice_user_id = \"a\"\nuser_set_default = 1\nuser_set_1 = [ # register, "
+           "word\n    [0xa150, 0x3039],\n    [0xa154, 0xffffffff],\n    [0xb054, 0x32],\n]\n"
+           "checksum = \"fed33f8f\"\n";
+    CHECK(read_state(file, read).empty());
+    CHECK(read.user_set_1 == std::vector<SavedWord>{{0xA150, 123}, {0xA154, 0xFFFFFFFF}, {0xB054, 1}});
+
     const auto refused = [&](const std::string& text) {
         std::ofstream(file) << text;
         DeviceState untouched{"old", 0, {}};

@@ -37,7 +37,7 @@ FileDescriptor scratch_file(const std::filesystem::path& folder) {
     }
     if (!file)
         throw OutputError(
-            fmt::format("{}: no file can be made in it: {}", folder.string(), std::strerror(errno)));
+            fmt::format("{}: no file can be made in it: {}", folder.string(), std::strerror(errno)), errno);
     return file;
 }
 

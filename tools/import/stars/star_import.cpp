@@ -9,6 +9,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -29,7 +30,7 @@ public:
         std::error_code error;
         size_ = static_cast<double>(std::filesystem::file_size(file, error));
         in_.reset(gzopen(file.c_str(), "rb"));
-        if (!in_) throw InputError(fmt::format("{}: cannot be read", name_));
+        if (!in_) throw InputError(fmt::format("{}: cannot be read", name_), errno);
         gzbuffer(in_.get(), 1U << 18U);
     }
 

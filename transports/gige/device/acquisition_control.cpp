@@ -249,7 +249,7 @@ constexpr std::array acquisition_features{
                 .set = set_exposure_mode}),
     of_setting({.name = "ExposureTime",
                 .address = 0xA150,
-                .scale = 100,
+                .scale = 1, // an hour of anything finer does not fit into a word
                 .minimum = in_register(0xA154),
                 .maximum = in_register(0xA158),
                 .locked_by = "ExposureAuto",

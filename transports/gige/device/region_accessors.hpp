@@ -97,8 +97,7 @@ inline std::uint64_t get_region_exposure(const Feature& f, DeviceContext& d, std
     return encode(f, region_window(d, i).exposure_ns);
 }
 inline Status set_region_exposure(const Feature& f, DeviceContext& d, std::uint32_t i, std::uint32_t word) {
-    if (word > INT32_MAX || (i == 0 && d.control.settings().exposure_auto != ExposureAuto::off))
-        return Status::invalid_parameter;
+    if (i == 0 && d.control.settings().exposure_auto != ExposureAuto::off) return Status::invalid_parameter;
     CameraWindow w = region_window(d, i);
     decode(f, word, w.exposure_ns);
     return write_region(d, i, w, d.regions[i].enabled);

@@ -13,6 +13,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -22,7 +23,9 @@
 namespace obscura::transports::gige {
 namespace {
 
-constexpr std::int64_t format_version = 1;
+constexpr std::int64_t format_version = 2;
+/// Version 1 had exposure times in units of 10 ns, not of 1 us.
+constexpr std::uint32_t words_per_us_of_version_1 = 100;
 /// Several times what all registers of a device need.
 constexpr std::size_t largest_file = 64 * 1024;
 constexpr std::string_view checksum_begin = "checksum = \"";
@@ -56,6 +59,11 @@ bool parse_words(const config::Value* list, std::vector<SavedWord>& words) {
     return true;
 }
 
+/// Whether the register holds an exposure time: ExposureTime, or RegionExposureTime of one of 64 regions.
+bool holds_exposure_time(std::uint32_t address) {
+    return address == 0xA150 || (address >= 0xB014 && address < 0xC000 && (address - 0xB014) % 64 == 0);
+}
+
 std::string parse_state(std::string_view text, DeviceState& state) {
     // The checksum comes first: a file that has changed is not parsed.
     const std::size_t last_line = text.rfind(checksum_begin);
@@ -69,10 +77,14 @@ std::string parse_state(std::string_view text, DeviceState& state) {
         const auto version = word_of(value_of(table, "version"));
         const config::Value* const user_id = value_of(table, "device_user_id");
         const auto user_set_default = word_of(value_of(table, "user_set_default"));
-        if (version != format_version || user_id == nullptr || user_id->kind != config::Value::Kind::string ||
-            !is_register_text(user_id->string) || !user_set_default ||
-            !parse_words(value_of(table, "user_set_1"), read.user_set_1))
+        if (!version || *version < 1 || *version > format_version || user_id == nullptr ||
+            user_id->kind != config::Value::Kind::string || !is_register_text(user_id->string) ||
+            !user_set_default || !parse_words(value_of(table, "user_set_1"), read.user_set_1))
             return std::string(not_ours);
+        if (*version == 1)
+            for (SavedWord& saved : read.user_set_1)
+                if (holds_exposure_time(saved.address))
+                    saved.word = std::max(1U, saved.word / words_per_us_of_version_1);
         read.user_id = user_id->string;
         read.user_set_default = *user_set_default;
     } catch (const Error&) {

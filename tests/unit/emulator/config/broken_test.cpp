@@ -24,7 +24,10 @@ std::string complaint(const test::TempFolder& folder, const std::function<void()
     try {
         load();
     } catch (const Error& error) {
-        CHECK(error.status() == exit_config);
+        // A file that cannot be opened is an input, as on any command line.
+        const bool opened =
+            std::string_view(error.what()).find(": cannot be opened: ") == std::string_view::npos;
+        CHECK((error.status() == exit_config || (!opened && error.status() == exit_no_input)));
         std::string line = error.what();
         const std::string prefix = folder.path().string() + "/";
         for (std::size_t at; (at = line.find(prefix)) != std::string::npos;)
@@ -240,7 +243,7 @@ width = 10
 height = 10
 exposure_us = 0
 )",
-     R"(c.toml:6:15: camera.window[0].exposure_us: 0 is out of range, allowed 1 to 1e7 us)"},
+     R"(c.toml:6:15: camera.window[0].exposure_us: 0 is out of range, allowed 1 to 3.6e9 us)"},
     {R"([scene]
 file = "scene.toml"
 [[camera.window]]
@@ -248,7 +251,7 @@ width = 10
 height = 10
 exposure_us = -5.0
 )",
-     R"(c.toml:6:15: camera.window[0].exposure_us: -5 is out of range, allowed 1 to 1e7 us)"},
+     R"(c.toml:6:15: camera.window[0].exposure_us: -5 is out of range, allowed 1 to 3.6e9 us)"},
     {R"([scene]
 file = "scene.toml"
 [[camera.window]]
@@ -525,7 +528,7 @@ file = "scene.toml"
 [camera]
 exposure_us = 0.5
 )",
-     "c.toml:4:15: camera.exposure_us: 0.5 is out of range, allowed 1 to 1e7 us"},
+     "c.toml:4:15: camera.exposure_us: 0.5 is out of range, allowed 1 to 3.6e9 us"},
     {R"([scene]
 file = "scene.toml"
 [gige]
