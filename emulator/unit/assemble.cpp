@@ -2,6 +2,7 @@
 #include "emulator/unit/assemble.hpp"
 
 #include "core/error.hpp"
+#include "core/io/memory_budget.hpp"
 #include "core/io/random_bytes.hpp"
 #include "core/realtime/log.hpp"
 #include "emulator/camera/releaser.hpp"
@@ -89,6 +90,22 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
     return std::make_unique<renderer::Renderer>(std::move(scene), std::move(settings));
 }
 
+namespace {
+
+/// Refuses frames that do not fit, with figures, before the kernel kills what touches their pages.
+void require_pool_memory(const DaemonConfig& config, std::size_t frames, std::size_t pixels,
+                         std::size_t rows) {
+    try {
+        require_memory(frames * (pixels * sizeof(std::uint16_t) + rows * sizeof(RowTime)),
+                       fmt::format("{}: daemon.pool_frames: {} frames of {} x {} pixels",
+                                   config.source.string(), frames, config.sensor.readout.width, rows));
+    } catch (const InputError& error) { // of this machine, not of a file
+        throw HardwareError(error.what());
+    }
+}
+
+} // namespace
+
 Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads,
                  KeptTruth truth, RenderAhead ahead, bool real_time) {
     const InitialCamera initial = initial_camera(config);
@@ -159,8 +176,9 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     adapts_ = adapts;
     min_reserve_ns_ = std::llround(1e3 * config.deadline.reserve_us);
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);
-    pool = std::make_unique<FramePool>(
-        pool_frames, rows * static_cast<std::size_t>(config.sensor.readout.width), rows, truth);
+    const std::size_t pixels = rows * static_cast<std::size_t>(config.sensor.readout.width);
+    require_pool_memory(config, pool_frames, pixels, rows);
+    pool = std::make_unique<FramePool>(pool_frames, pixels, rows, truth);
 }
 
 std::vector<RowTime> Imaging::first_rows(std::int64_t exposure_ns) const {
