@@ -37,6 +37,8 @@ pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
 # toml++ is header-only; both Debian releases ship the pkg-config file.
 pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus)
 
+# Optional: machine code of models, on x86-64; without it they are interpreted.
+find_package(asmjit QUIET)
 # Optional: for the helper obscura-gdal, which has a package of its own. Nothing else links it.
 pkg_check_modules(GDAL QUIET IMPORTED_TARGET gdal)
 # Optional: for `obscura texture mount`.

@@ -63,33 +63,41 @@ inline constexpr std::array<OperationRow, 31> operation_table{{
     return operation_table[static_cast<std::size_t>(op)];
 }
 
-/// e^x as vector_exp, but 0 below -700 and infinite above 709.
-inline double model_exp(double x) {
-    const double value = vector_exp(x);
-    const double low = x < -700 ? 0.0 : value;
-    const double high = x > 700 ? std::numeric_limits<double>::infinity() : low;
-    return x != x ? x : high;
+/// e^x as vector_exp, but 0 below -700 and infinite above 700.
+template<typename Number>
+inline Number model_exp(Number x) {
+    const Number value = vector_exp(x);
+    const Number low = select(x < -700.0, Number(0), value);
+    const Number high = select(x > 700.0, Number(std::numeric_limits<double>::infinity()), low);
+    return select(is_number(x), high, x);
 }
 /// ln x; -infinity at 0 and for subnormal numbers, NaN below.
-inline double model_log(double x) {
+template<typename Number>
+inline Number model_log(Number x) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    const double value = vector_log(x);
-    const double finite = x < std::numeric_limits<double>::min() ? -infinity : value;
-    const double high = x == infinity ? infinity : finite;
-    return x >= 0 ? high : std::numeric_limits<double>::quiet_NaN();
+    const Number value = vector_log(x);
+    const Number finite = select(x < std::numeric_limits<double>::min(), Number(-infinity), value);
+    const Number high = select(x == infinity, Number(infinity), finite);
+    return select(x >= 0.0, high, Number(std::numeric_limits<double>::quiet_NaN()));
+}
+inline double round_down(double x) {
+    return std::floor(x);
 }
 /// x^y for x > 0; of x = 0 as C's, of x < 0 NaN unless y is a whole number.
-inline double model_pow(double x, double y) {
+template<typename Number>
+inline Number model_pow(Number x, Number y) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    const double magnitude = x < 0 ? -x : x;
-    const double value = model_exp(y * model_log(magnitude));
-    const double of_zero = y > 0 ? 0.0 : infinity;
-    const double positive = magnitude == 0 ? of_zero : value;
-    const bool whole = y == std::floor(y);
-    const bool odd = whole && y * 0.5 != std::floor(y * 0.5);
-    const double negative = whole ? (odd ? -positive : positive) : std::numeric_limits<double>::quiet_NaN();
-    const double result = x < 0 ? negative : positive;
-    return y == 0 ? 1.0 : (x != x || y != y ? std::numeric_limits<double>::quiet_NaN() : result);
+    const Number none = std::numeric_limits<double>::quiet_NaN();
+    const Number magnitude = select(x < 0.0, -x, x);
+    const Number value = model_exp(y * model_log(magnitude));
+    const Number of_zero = select(y > 0.0, Number(0), Number(infinity));
+    const Number positive = select(magnitude == 0.0, of_zero, value);
+    const Number half = y * 0.5;
+    const Number of_odd = select(half == round_down(half), positive, -positive);
+    const Number negative = select(y == round_down(y), of_odd, none);
+    const Number result = select(x < 0.0, negative, positive);
+    const Number known = select(is_number(x), select(is_number(y), result, none), none);
+    return select(y == 0.0, Number(1), known);
 }
 
 } // namespace obscura::models

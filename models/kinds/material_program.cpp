@@ -156,6 +156,8 @@ MaterialProgram::MaterialProgram(std::shared_ptr<const Model> model, const Mater
         throw ConfigError(fmt::format("{}: {} parameters vary over the surface: allowed are {}",
                                       model_->name(), varied_, max_varied));
     compile(parameters);
+    const auto inputs = static_cast<std::int32_t>(input_varied + varied_);
+    program_->make_native(parameters.target, uniforms_of(parameters, 1), inputs, why_interpreted_);
     uniforms_ = program_->bind(uniforms_of(parameters, 1));
     find_proportion(parameters);
 }
@@ -236,7 +238,7 @@ void MaterialProgram::compile(const MaterialParameters& parameters) {
                "brdf() differs between its four channels: give each vec4 parameter one value for all "
                "channels, and colours by the keys of the body");
     try {
-        program_ = std::make_unique<const Program>(graph, std::span(nodes).first(1));
+        program_ = std::make_unique<Program>(graph, std::span(nodes).first(1));
     } catch (const std::length_error& error) {
         refuse(*model_, brdf.at, error.what());
     }

@@ -20,6 +20,8 @@ struct MaterialParameters {
     std::vector<std::array<double, 4>> values;
     std::vector<std::size_t> varied; ///< indices in Model::parameters()
     double shininess = 1;
+    /// Machine code is made for this, or none: the interpreter. Both give the same bits.
+    NativeTarget target = native_target();
 };
 /// The defaults of `model`, angles in radians; textures are 1.
 [[nodiscard]] MaterialParameters default_parameters(const Model& model);
@@ -39,6 +41,8 @@ public:
 
     /// Whether the result is proportional to `diffuse`, so that a body's colours are factors on it.
     [[nodiscard]] bool is_proportional_to_diffuse() const noexcept { return proportional_; }
+    /// Why the interpreter runs; empty: machine code does.
+    [[nodiscard]] const std::string& why_interpreted() const noexcept { return why_interpreted_; }
     [[nodiscard]] const Program& program() const noexcept { return *program_; }
     [[nodiscard]] const Model& model() const noexcept { return *model_; }
 
@@ -53,7 +57,8 @@ private:
     void find_proportion(const MaterialParameters& parameters);
 
     std::shared_ptr<const Model> model_;
-    std::unique_ptr<const Program> program_;
+    std::unique_ptr<Program> program_;
+    std::string why_interpreted_;
     Uniforms uniforms_;
     std::size_t varied_ = 0;
     bool proportional_ = false;

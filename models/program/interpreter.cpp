@@ -189,8 +189,8 @@ OBSCURA_INTERPRETER_CLONES void Program::run_block(const double* uniforms, const
     }
 }
 
-void Program::run(const Uniforms& uniforms, const double* const* inputs, double* const* outputs,
-                  std::size_t lanes) const noexcept {
+void Program::interpret(const Uniforms& uniforms, const double* const* inputs, double* const* outputs,
+                        std::size_t lanes) const noexcept {
     const auto slots = static_cast<std::size_t>(std::max(slots_, 1));
     const std::size_t block = std::min(max_lanes, scratch_numbers / slots / lane_step * lane_step);
     for (std::size_t first = 0; first < lanes; first += block)

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "models/program/program.hpp"
 
+#include "core/philox.hpp"
+
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
 #include <stdexcept>
 
 namespace obscura::models {
@@ -108,7 +113,59 @@ Uniforms Program::bind(std::span<const double> uniforms) const {
             bound.values_.push_back(result_of(node.operation, value(node.operands[0]),
                                               value(node.operands[1]), value(node.operands[2])));
     }
+    if (native_ != nullptr)
+        for (const double number : bound.values_)
+            bound.copies_.emplace_back(number);
     return bound;
+}
+
+void Program::run(const Uniforms& uniforms, const double* const* inputs, double* const* outputs,
+                  std::size_t lanes) const noexcept {
+    // Uniforms that were bound before have no copies.
+    if (native_ != nullptr && uniforms.copies_.size() == uniforms.values_.size())
+        return native_->run(uniforms.copies_, inputs, outputs, lanes);
+    interpret(uniforms, inputs, outputs, lanes);
+}
+
+void Program::make_native(NativeTarget target, std::span<const double> uniforms, std::int32_t inputs,
+                          std::string& why) {
+    native_ = NativeCode::make(instructions_, outputs_, target, why);
+    if (native_ == nullptr) return;
+    constexpr std::size_t lanes = 4096;
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    constexpr std::array edges{
+        0.0, 1.0, -0.0, 1e-310, infinity, -infinity, std::numeric_limits<double>::quiet_NaN(), -1.0};
+    std::vector<std::vector<double>> rows(static_cast<std::size_t>(inputs), std::vector<double>(lanes));
+    std::vector<const double*> in;
+    for (std::uint32_t k = 0; k < rows.size(); ++k) {
+        for (std::uint32_t i = 0; i < lanes; ++i) {
+            const auto words = philox4x32({i, k, 0, 0}, philox_key(3));
+            // Half of the lanes are as in use, from 0 to 1; the others from -4 to 4, and now and then an
+            // edge.
+            const double wide =
+                words[1] % 8 == 0 ? edges[words[2] % edges.size()] : 8 * uniform_double(words[0]) - 4;
+            rows[k][i] = i % 2 == 0 ? uniform_double(words[0]) : wide;
+        }
+        in.push_back(rows[k].data());
+    }
+    const Uniforms bound = bind(uniforms);
+    std::vector<std::vector<double>> expected(outputs_.size(), std::vector<double>(lanes)), given = expected;
+    std::vector<double*> to_expected, to_given;
+    for (std::size_t k = 0; k < outputs_.size(); ++k) {
+        to_expected.push_back(expected[k].data());
+        to_given.push_back(given[k].data());
+    }
+    interpret(bound, in.data(), to_expected.data(), lanes);
+    native_->run(bound.copies_, in.data(), to_given.data(), lanes);
+    for (std::size_t k = 0; k < outputs_.size(); ++k)
+        for (std::size_t i = 0; i < lanes; ++i) {
+            const double a = expected[k][i], b = given[k][i];
+            const bool both_none = a != a && b != b;
+            if (both_none || std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b)) continue;
+            why = "machine code and interpreter differ";
+            native_.reset();
+            return;
+        }
 }
 
 bool Program::uses_input(std::int32_t index) const noexcept {

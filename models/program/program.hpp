@@ -3,27 +3,17 @@
 #pragma once
 
 #include "models/graph/graph.hpp"
+#include "models/graph/instruction.hpp"
+#include "models/native/native_code.hpp"
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace obscura::models {
-
-/// Where an instruction finds an operand.
-struct Operand {
-    enum class Kind : std::uint8_t { slot, uniform, input };
-    Kind kind = Kind::uniform;
-    std::int32_t index = 0;
-};
-
-/// One operation for all lanes.
-struct Instruction {
-    Operation operation = Operation::constant;
-    std::array<Operand, 3> operands{};
-    std::int32_t slot = 0; ///< of the result
-};
 
 /// Values that are the same for all lanes, for one set of parameters. Made by Program::bind().
 class Uniforms {
@@ -33,6 +23,7 @@ public:
 private:
     friend class Program;
     std::vector<double> values_;
+    std::vector<Copies> copies_; ///< of each, for machine code; empty without
 };
 
 /// Immutable; thread-safe. The interpreter is the reference: other ways to run the same instructions must
@@ -47,6 +38,13 @@ public:
 
     /// The values `outputs` of `graph`. Throws std::length_error: more than max_slots values in use at once.
     Program(const Graph& graph, std::span<const NodeId> outputs);
+
+    /// Makes machine code for `target` and compares it with the interpreter on 4096 lanes of numbers of all
+    /// kinds, with `uniforms`. Without it, or where they differ, the interpreter stays; then `why` says why.
+    /// Not on a real-time thread.
+    void make_native(NativeTarget target, std::span<const double> uniforms, std::int32_t inputs,
+                     std::string& why);
+    [[nodiscard]] bool is_native() const noexcept { return native_ != nullptr; }
 
     /// Computes what depends only on `uniforms`, the values by the index of their nodes. Not on a real-time
     /// thread.
@@ -67,7 +65,11 @@ private:
     void run_block(const double* uniforms, const double* const* inputs, double* const* outputs,
                    std::size_t first, std::size_t lanes) const noexcept;
 
-    std::vector<Node> uniform_nodes_; ///< in order; operands are indices in this list
+    void interpret(const Uniforms& uniforms, const double* const* inputs, double* const* outputs,
+                   std::size_t lanes) const noexcept;
+
+    std::unique_ptr<const NativeCode> native_; ///< null: interpreted
+    std::vector<Node> uniform_nodes_;          ///< in order; operands are indices in this list
     std::vector<Instruction> instructions_;
     std::vector<Operand> outputs_;
     std::int32_t slots_ = 0;

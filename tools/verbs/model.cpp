@@ -168,6 +168,9 @@ private:
         fmt::print("kind        {}\n", models::kind_of(model)->name);
         fmt::print("cost        {} operations a sample, {} values in use at once\n", law.program().cost(),
                    law.program().slots());
+        fmt::print("runs as     {}\n", law.why_interpreted().empty()
+                                           ? "machine code"
+                                           : fmt::format("interpreted: {}", law.why_interpreted()));
         fmt::print("colours     {}\n", law.is_proportional_to_diffuse()
                                            ? "factors on the result"
                                            : "not allowed: the result is not proportional to `diffuse`");
@@ -200,6 +203,7 @@ private:
                                 {"kind", models::kind_of(model)->name},
                                 {"operations", law.program().cost()},
                                 {"slots", law.program().slots()},
+                                {"native", law.why_interpreted().empty()},
                                 {"proportional_to_diffuse", law.is_proportional_to_diffuse()},
                                 {"parameters", std::move(parameters)},
                                 {"functions", std::move(functions)}}

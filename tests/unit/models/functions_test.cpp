@@ -47,51 +47,51 @@ TEST_CASE("trigonometric functions agree with the C library's", "[models]") {
     CHECK(worst(our_sine, sine, 1e5, 1e5 + 100) < 1);
     CHECK(worst(our_cosine, cosine, -1e6, -1e6 + 100) < 1);
     CHECK(worst(
-              vector_asin, [](double x) { return std::asin(x); }, -1, 1) < 2);
+              vector_asin<double>, [](double x) { return std::asin(x); }, -1, 1) < 2);
     CHECK(worst(
-              vector_atan, [](double x) { return std::atan(x); }, -5, 5) < 2);
+              vector_atan<double>, [](double x) { return std::atan(x); }, -5, 5) < 2);
     CHECK(worst(
-              vector_atan, [](double x) { return std::atan(x); }, -1e6, 1e6) < 2);
-    CHECK(std::fabs(vector_atan(1e-9) - 1e-9) < 1e-24);
+              vector_atan<double>, [](double x) { return std::atan(x); }, -1e6, 1e6) < 2);
+    CHECK(std::fabs(vector_atan<double>(1e-9) - 1e-9) < 1e-24);
 }
 
 TEST_CASE("the angle of a point is in its quadrant", "[models]") {
     for (int i = 0; i < 1000; ++i) {
         const double angle = -3.14 + 6.28 * i / 999;
         const double x = 7 * std::cos(angle), y = 7 * std::sin(angle);
-        CHECK(std::fabs(vector_atan2(y, x) - std::atan2(y, x)) < 1e-15);
+        CHECK(std::fabs(vector_atan2<double>(y, x) - std::atan2(y, x)) < 1e-15);
     }
-    CHECK(vector_atan2(0, 0) == 0);
-    CHECK(vector_atan2(0, -1) == 3.141592653589793);
-    CHECK(vector_atan2(2, 0) == std::atan2(2.0, 0.0));
-    CHECK(std::isnan(vector_atan2(no_number, 1)));
-    CHECK(std::isnan(vector_atan2(1, no_number)));
-    CHECK(vector_atan2(infinity, infinity) == std::atan2(infinity, infinity));
+    CHECK(vector_atan2<double>(0, 0) == 0);
+    CHECK(vector_atan2<double>(0, -1) == 3.141592653589793);
+    CHECK(vector_atan2<double>(2, 0) == std::atan2(2.0, 0.0));
+    CHECK(std::isnan(vector_atan2<double>(no_number, 1)));
+    CHECK(std::isnan(vector_atan2<double>(1, no_number)));
+    CHECK(vector_atan2<double>(infinity, infinity) == std::atan2(infinity, infinity));
 }
 
 TEST_CASE("functions at the ends of their range give what the C library gives", "[models]") {
     CHECK(std::isnan(our_sine(no_number)));
     CHECK(std::isnan(our_cosine(infinity)));
     CHECK(std::isnan(our_sine(1e300)));
-    CHECK(model_exp(-1e5) == 0);
-    CHECK(model_exp(1e5) == infinity);
-    CHECK(std::isnan(model_exp(no_number)));
-    CHECK(model_log(0) == -infinity);
-    CHECK(std::isnan(model_log(-1)));
-    CHECK(model_log(infinity) == infinity);
-    CHECK(std::isnan(model_log(no_number)));
+    CHECK(model_exp<double>(-1e5) == 0);
+    CHECK(model_exp<double>(1e5) == infinity);
+    CHECK(std::isnan(model_exp<double>(no_number)));
+    CHECK(model_log<double>(0) == -infinity);
+    CHECK(std::isnan(model_log<double>(-1)));
+    CHECK(model_log<double>(infinity) == infinity);
+    CHECK(std::isnan(model_log<double>(no_number)));
     for (const double x : {-2.5, -2.0, -1.0, 0.0, 0.5, 1.0, 3.0})
         for (const double y : {-3.0, -2.0, -0.5, 0.0, 0.5, 1.0, 2.0, 3.0}) {
             INFO(x << " ^ " << y);
             const double expected = std::pow(x, y);
             if (std::isfinite(expected))
-                CHECK(std::fabs(model_pow(x, y) - expected) <= 1e-14 * std::fabs(expected));
+                CHECK(std::fabs(model_pow<double>(x, y) - expected) <= 1e-14 * std::fabs(expected));
             else if (std::isnan(expected))
-                CHECK(std::isnan(model_pow(x, y)));
+                CHECK(std::isnan(model_pow<double>(x, y)));
             else
-                CHECK(std::isinf(model_pow(x, y)));
+                CHECK(std::isinf(model_pow<double>(x, y)));
         }
-    CHECK(vector_asin(2) == std::asin(1.0));
+    CHECK(vector_asin<double>(2) == std::asin(1.0));
 }
 
 } // namespace functions_test

@@ -166,6 +166,35 @@ TEST_CASE("a parameter may come lane by lane", "[models]") {
     CHECK(both.is_proportional_to_diffuse());
 }
 
+TEST_CASE("machine code gives the bits of the interpreter", "[models]") {
+    const std::string text =
+        "parameter k 0.7;\nparameter texture map;\n"
+        "vec4 brdf(vec3 i, vec3 e, vec3 n, vec4 d, vec4 s, scalar sh, scalar t, scalar duration, "
+        "vec3 uv, scalar lod_bias)\n"
+        "{ vec3 r = reflect(-i, n); scalar x = lookup3DLOD(map, uv, lod_bias).x;\n"
+        "  scalar y = atan2(r.x, e.x) + asin(r.y) * tan(k) - pow(x, (i|e)) + log2(x + 0.1);\n"
+        "  if (y > 0.3 && !(x < 0.2) || (i|e) == 1) return d * sin(y) * cos(x);\n"
+        "  return d * exp(-y) * floor(8 * x) * acos(x); }";
+    const auto model = Model::parse("m.brdf", text);
+    const Angles a = angles();
+    std::vector<double> texels(a.in.size());
+    for (std::size_t i = 0; i < texels.size(); ++i)
+        texels[i] = static_cast<double>(i) / static_cast<double>(texels.size());
+    MaterialParameters parameters = default_parameters(*model);
+    parameters.varied = {1};
+    parameters.target = NativeTarget::none;
+    const MaterialProgram interpreted(model, parameters);
+    CHECK_FALSE(interpreted.why_interpreted().empty());
+    const std::vector<double> expected = evaluated(interpreted, a, texels);
+    for (const NativeTarget target : {NativeTarget::avx2, NativeTarget::avx512}) {
+        if (target > native_target()) continue;
+        parameters.target = target;
+        const MaterialProgram native(model, parameters);
+        CHECK(native.why_interpreted() == "");
+        CHECK(evaluated(native, a, texels) == expected);
+    }
+}
+
 TEST_CASE("what a renderer cannot do with a law is refused", "[models]") {
     const std::string ten =
         "vec4 brdf(vec3 i, vec3 e, vec3 n, vec4 d, vec4 s, scalar sh, scalar t, scalar duration, "

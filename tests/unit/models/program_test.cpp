@@ -4,9 +4,15 @@
 #include "models/program/program.hpp"
 #include "tests/support/catch.hpp"
 
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace program_test {
@@ -68,7 +74,12 @@ TEST_CASE("a program gives the bits of its graph, in blocks of any size", "[mode
     for (std::uint32_t seed = 0; seed < 60; ++seed) {
         Graph graph;
         const std::vector<NodeId> outputs = random_graph(graph, seed, 3, 40 + 4 * static_cast<int>(seed));
-        const Program program(graph, outputs);
+        Program program(graph, outputs);
+        const auto target = static_cast<NativeTarget>(seed % 3);
+        std::string why;
+        if (target <= native_target()) program.make_native(target, uniforms, 3, why);
+        INFO(why);
+        CHECK(why != "machine code and interpreter differ");
         const Uniforms bound = program.bind(uniforms);
         for (const std::size_t lanes : {16U, 128U, 304U}) {
             std::vector<std::vector<double>> in(3, std::vector<double>(lanes)), out = in;
@@ -92,6 +103,31 @@ TEST_CASE("a program gives the bits of its graph, in blocks of any size", "[mode
             CHECK(wrong == 0);
         }
     }
+}
+
+TEST_CASE("machine code is made where no page may become executable", "[models]") {
+    // What systemd's MemoryDenyWriteExecute= forbids, by Linux 6.3's own means.
+    constexpr int set_mdwe = 65, refuse_gain = 1;
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        if (prctl(set_mdwe, refuse_gain, 0, 0, 0) != 0) _exit(77);
+        void* const page = mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (mprotect(page, 4096, PROT_READ | PROT_EXEC) == 0) _exit(2); // not in force
+        Graph graph;
+        const NodeId sum = graph.apply(Operation::add, graph.input(0), graph.uniform(0));
+        Program program(graph, std::vector{sum});
+        std::string why;
+        program.make_native(native_target(), std::vector{0.5}, 1, why);
+        _exit(program.is_native() ? 0 : 1);
+    }
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(WIFEXITED(status));
+    if (WEXITSTATUS(status) == 77 || native_target() == NativeTarget::none)
+        WARN("skipped: the kernel has no PR_SET_MDWE, or no machine code can be made");
+    else
+        CHECK(WEXITSTATUS(status) == 0);
 }
 
 TEST_CASE("what depends only on parameters costs nothing for each lane", "[models]") {
