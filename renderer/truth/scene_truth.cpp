@@ -244,7 +244,7 @@ private:
 
     /// Sets the light of a body that is seen, in all its pixels in the window.
     void set_body_light(TruthEntry& entry, std::size_t body, std::size_t window, double time_s) {
-        if (scene_.light == nullptr || !(entry.visible_share > 0)) return;
+        if (scene_.light == nullptr || !request_.body_light || !(entry.visible_share > 0)) return;
         const BandLight light = scene_.light->irradiance(body, time_s, request_.windows[window].sensor);
         const double irradiance_w_m2 = sum_of_bands(light, body);
         if (!(irradiance_w_m2 > 0)) return;
@@ -487,7 +487,7 @@ void list_truth(const TruthScene& scene, const TruthRequest& request, SceneTruth
     lister.add_sky();
     lister.add_galaxies();
     lister.add_curves();
-    lister.add_features();
+    if (request.features) lister.add_features();
 }
 
 } // namespace obscura::renderer

@@ -34,6 +34,9 @@ struct TruthRequest {
     TruthDetector detector{};
     /// Points of each limb and terminator; 0: none.
     std::uint32_t curve_points = 72;
+    /// Craters and boulders of terrains, of which the tiles are needed.
+    bool features = true;
+    bool body_light = true; ///< irradiance and signal of bodies, for which rays are traced
     /// Further entries are only counted; 0: no limit.
     std::size_t max_entries = 0;
     /// Memory to work in, before the heap: for threads that must not use that.

@@ -73,6 +73,8 @@ public:
         renderer::TruthRequest request;
         request.windows = {&window, 1};
         request.rows = rows;
+        request.features = request.body_light = false;
+        if (output_.empty()) request.curve_points = 0; // the chart alone shows them
         SceneTruth truth;
         renderer.list_truth(request, truth);
         const ephemeris::StarNames names;
