@@ -184,6 +184,8 @@ public:
         };
     }
 
+    [[nodiscard]] std::optional<int> interrupted_status() const override { return exit_interrupted; }
+
     int run() override {
         const auto start = std::chrono::steady_clock::now();
         ShardRunner runner(read_plan(batch_), batch_, quick_ ? FrameCheck::size : FrameCheck::hash, threads_);

@@ -101,6 +101,8 @@ public:
                          "obscura batch verify batch --inputs"};
     }
 
+    [[nodiscard]] std::optional<int> interrupted_status() const override { return exit_interrupted; }
+
     int run() override {
         const Plan plan = read_plan(batch_);
         if (inputs_) (void)CheckedInputs(plan, InputCheck::whole);

@@ -87,6 +87,8 @@ public:
                          "obscura serve --compatible 127.0.0.1:5151 --root resources"};
     }
 
+    [[nodiscard]] bool runs_until_told() const override { return true; }
+
     int run() override {
         if (!new_token_.empty()) {
             service::make_token_file(new_token_);

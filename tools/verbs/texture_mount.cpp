@@ -235,6 +235,8 @@ public:
         line.examples = {"obscura texture mount moon.obt /mnt/moon"};
     }
 
+    [[nodiscard]] bool runs_until_told() const override { return true; }
+
     int run() override {
 #if OBSCURA_HAS_FUSE
         MountedTexture texture(file_);

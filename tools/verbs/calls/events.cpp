@@ -36,6 +36,8 @@ public:
                          "obscura events --follow --url https://bench.example.org:8420"};
     }
 
+    [[nodiscard]] bool runs_until_told() const override { return follow_; }
+
     int run() override {
         try {
             return ask();

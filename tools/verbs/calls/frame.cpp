@@ -50,6 +50,8 @@ public:
                          "obscura frame --follow -o frames/ --json | jq .skipped"};
     }
 
+    [[nodiscard]] bool runs_until_told() const override { return follow_; }
+
 protected:
     int work() override {
         if (follow_ && count_ != 1)

@@ -40,6 +40,8 @@ public:
                          "obscura status --url https://bench.example.org:8420"};
     }
 
+    [[nodiscard]] bool runs_until_told() const override { return watch_s_ > 0; }
+
     int run() override {
         try {
             return ask();
