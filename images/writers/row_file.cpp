@@ -63,4 +63,12 @@ bool RowFile::flush() {
     return lost_ == 0;
 }
 
+void RowFile::write(std::string_view row) {
+    if (const int error = append_to(file_.get(), row); error != 0) {
+        [[maybe_unused]] const int cut = ::ftruncate(file_.get(), whole_bytes_);
+        throw OutputError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(error)), error);
+    }
+    whole_bytes_ += static_cast<std::int64_t>(row.size());
+}
+
 } // namespace obscura::images

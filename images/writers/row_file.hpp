@@ -22,6 +22,9 @@ public:
     void add(std::string_view row);
     /// Writes the rows that were added. Returns whether none is missing.
     bool flush();
+    /// Writes a row with its line end, or throws OutputError with the reason: the file then ends with the row
+    /// before.
+    void write(std::string_view row);
     /// Rows that could not be written so far.
     [[nodiscard]] std::uint64_t lost_rows() const noexcept { return lost_; }
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }

@@ -133,6 +133,26 @@ height = 160
             folder)
         run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--format", "raw", "--no-preview", "-o", "plain", "--timeout",
              "30"], folder)
+
+        def refused(what, words, *said):
+            done = subprocess.run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--timeout", "30", *words], cwd=folder,
+                                  capture_output=True, text=True, timeout=120)
+            check(f"{what} is refused in a line with what is allowed", done.returncode not in (0, 1) and
+                  done.stderr.count("\n") == 1 and all(text in done.stderr for text in said), (done.returncode, done.stderr))
+
+        refused("a gain that is too high", ["--gain-db", "99"], "Gain", "allowed 0 to ")
+        refused("an exposure that is too short", ["--exposure-us", "0.001"], "ExposureTime", "allowed ", " us")
+        refused("a pixel format that is misspelt", ["--pixel-format", "Mon12p"], "PixelFormat", 'did you mean "Mono12p"?')
+        refused("a pixel format that is unknown", ["--pixel-format", "BayerRG8"], "PixelFormat", "Mono12", "Mono16")
+        (folder / "full").mkdir()
+        (folder / "full" / "chunks.jsonl").symlink_to("/dev/full")
+        refused("a full disk", ["--chunks", "--format", "raw", "-o", "full"], "chunks.jsonl: cannot be written: No space left on device")
+        # Saturated pixels, counted in the saved frames; at 12 bits the top is 4095.
+        told = json.loads(run([obscura, "grab", "-a", ADDRESS, "-n", "2", "--format", "raw", "--no-preview", "-o", "bright",
+                               "--gain-db", "24", "--json", "--timeout", "30"], folder))
+        counts = [sum(value >= 4095 for value in memoryview(f.read_bytes()).cast("H")) for f in sorted((folder / "bright").glob("*.raw"))]
+        check("saturated pixels are counted", len(counts) == 2 and sum(counts) > 0 and told["saturated_pixels"] == sum(counts) and
+              told["most_saturated_pixels"] == max(counts), (counts, told))
     finally:
         daemon.send_signal(signal.SIGTERM)
         daemon.wait(60)

@@ -4,6 +4,8 @@
 
 #include "core/camera/frame.hpp"
 #include "core/error.hpp"
+#include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "core/time.hpp"
 
 #include <arv.h>
@@ -13,13 +15,16 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <ctime>
+#include <memory>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace obscura::tools {
 namespace {
@@ -141,6 +146,41 @@ struct Receiver::Impl {
     void check(const ErrorSlot& error, std::string_view what) const {
         if (error) throw HardwareError(fmt::format("{}: {}: {}", settings.address, what, error.text()));
     }
+    /// As check(), of a number that was to be set: with what is allowed.
+    void check_number(const ErrorSlot& error, const char* feature, double value) const {
+        if (!error) return;
+        ErrorSlot unknown;
+        double low = 0, high = 0;
+        ArvGcNode* const node = arv_device_get_feature(device.get(), feature);
+        const char* unit = "";
+        if (node != nullptr && ARV_IS_GC_FLOAT(node)) {
+            arv_camera_get_float_bounds(camera.get(), feature, &low, &high, &unknown);
+            const char* const stated = arv_gc_float_get_unit(ARV_GC_FLOAT(node));
+            if (stated != nullptr) unit = stated;
+        } else {
+            gint64 least = 0, largest = 0;
+            arv_camera_get_integer_bounds(camera.get(), feature, &least, &largest, &unknown);
+            low = static_cast<double>(least), high = static_cast<double>(largest);
+        }
+        if (unknown || (value >= low && value <= high)) check(error, feature);
+        throw HardwareError(fmt::format("{}: {}: {:.12g} is refused, allowed {:.12g} to {:.12g}{}{} ({})",
+                                        settings.address, feature, value, low, high, *unit != 0 ? " " : "",
+                                        unit, error.text()));
+    }
+    /// As check(), of an entry of an enumeration.
+    void check_entry(const ErrorSlot& error, const char* feature, std::string_view value) const {
+        if (!error) return;
+        ErrorSlot unknown;
+        guint count = 0;
+        const std::unique_ptr<const char*, decltype(&g_free)> entries(
+            arv_camera_dup_available_enumerations_as_strings(camera.get(), feature, &count, &unknown),
+            g_free);
+        if (unknown || !entries) check(error, feature);
+        const std::vector<std::string_view> known(entries.get(), entries.get() + count);
+        if (std::find(known.begin(), known.end(), value) != known.end()) check(error, feature);
+        throw HardwareError(fmt::format("{}: {}: unknown entry \"{}\", {}", settings.address, feature,
+                                        printable(value, 60), suggestion(value, known)));
+    }
 };
 
 Receiver::Receiver(const ReceiverSettings& settings) : impl_(std::make_unique<Impl>()) {
@@ -169,19 +209,19 @@ Receiver::~Receiver() {
 void Receiver::set(const char* feature, std::string_view value) {
     ErrorSlot error;
     arv_camera_set_string(impl_->camera.get(), feature, std::string(value).c_str(), &error);
-    impl_->check(error, feature);
+    impl_->check_entry(error, feature, value);
 }
 
 void Receiver::set(const char* feature, double value) {
     ErrorSlot error;
     arv_camera_set_float(impl_->camera.get(), feature, value, &error);
-    impl_->check(error, feature);
+    impl_->check_number(error, feature, value);
 }
 
 void Receiver::set(const char* feature, std::int64_t value) {
     ErrorSlot error;
     arv_camera_set_integer(impl_->camera.get(), feature, value, &error);
-    impl_->check(error, feature);
+    impl_->check_number(error, feature, static_cast<double>(value));
 }
 
 std::string Receiver::get_text(const char* feature) const {

@@ -66,7 +66,8 @@ public:
     Receiver(const Receiver&) = delete;
     Receiver& operator=(const Receiver&) = delete;
 
-    /// Write and read GenICam features. Throw HardwareError with the camera's answer.
+    /// Write and read GenICam features. Throw HardwareError with the camera's answer,
+    /// and with the range or the entries that are allowed.
     void set(const char* feature, std::string_view value);
     void set(const char* feature, double value);
     void set(const char* feature, std::int64_t value);

@@ -4,6 +4,7 @@
 #include "emulator/config/daemon_config.hpp"
 #include "host/interrupt.hpp"
 #include "images/writers/pending_file.hpp"
+#include "images/writers/row_file.hpp"
 #include "tools/check/report.hpp"
 #include "tools/receive/frame_chunks.hpp"
 #include "tools/receive/frame_files.hpp"
@@ -20,7 +21,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
+#include <optional>
 #include <thread>
 
 namespace obscura::tools {
@@ -153,6 +154,7 @@ public:
         configure(receiver);
         if (!output_.empty()) windows_ = windows_of(receiver);
         if (with_chunks()) enable_chunks(receiver);
+        full_scale_ = receiver.find_integer("PixelDynamicRangeMax");
         const std::optional<ClockReading> clock_before = receiver.read_clock();
         receiver.start();
         {
@@ -204,8 +206,7 @@ private:
             {integer(receiver, "BinningHorizontal", 1), integer(receiver, "BinningVertical", 1)});
         if (!chunks_) return;
         const std::filesystem::path file = std::filesystem::path(output_) / "chunks.jsonl";
-        truth_file_.open(file);
-        if (!truth_file_) throw OutputError(fmt::format("{}: cannot be written", file.string()), errno);
+        truth_file_.emplace(file);
     }
 
     static std::int32_t integer(const Receiver& receiver, const char* feature, std::int32_t otherwise) {
@@ -271,7 +272,9 @@ private:
                 std::optional<FrameChunks> chunks;
                 if (with_chunks())
                     chunks = parse_chunks([&](std::uint32_t id) { return receiver.chunk(id); });
-                if (!output_.empty()) save(*frame, chunks);
+                const Picture picture = picture_of(*frame);
+                count_saturated(picture);
+                if (!output_.empty()) save(*frame, picture, chunks);
                 if (!intrinsics_.empty())
                     add_to_camera(*chunks, output_.empty() ? "" : files_.name(frame->block_id));
             }
@@ -288,12 +291,31 @@ private:
         return std::nullopt;
     }
 
-    /// `chunks`: those of the frame, with --chunks and --intrinsics.
-    void save(const ReceivedFrame& frame, const std::optional<FrameChunks>& chunks) {
+    struct Picture {
+        std::vector<std::uint16_t> values; ///< empty: the format is not known
         int bits = 16;
+    };
+    static Picture picture_of(const ReceivedFrame& frame) {
+        Picture out;
         const std::size_t pixels =
             static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
-        const std::vector<std::uint16_t> values = unpack_pixels(frame.pixel_format, pixels, frame.data, bits);
+        out.values = unpack_pixels(frame.pixel_format, pixels, frame.data, out.bits);
+        return out;
+    }
+
+    void count_saturated(const Picture& picture) {
+        const std::int64_t top = full_scale_.value_or((std::int64_t{1} << picture.bits) - 1);
+        const auto saturated =
+            static_cast<std::uint64_t>(std::count_if(picture.values.begin(), picture.values.end(),
+                                                     [top](std::uint16_t value) { return value >= top; }));
+        saturated_ += saturated;
+        most_saturated_ = std::max(most_saturated_, saturated);
+        pixels_ += picture.values.size();
+    }
+
+    /// `chunks`: those of the frame, with --chunks and --intrinsics.
+    void save(const ReceivedFrame& frame, const Picture& picture, const std::optional<FrameChunks>& chunks) {
+        const auto& [values, bits] = picture;
         if (values.empty())
             throw OutputError(fmt::format(
                 "{}: pixel format {:#010x} cannot be saved, allowed are Mono8 to Mono16, Mono10p and Mono12p",
@@ -304,9 +326,7 @@ private:
         if (chunks_ && chunks) {
             const images::Cards more = chunk_cards(*chunks);
             cards.insert(cards.end(), more.begin(), more.end());
-            truth_file_ << chunk_json(*chunks, files_.name(frame.block_id)) << std::endl;
-            if (!truth_file_)
-                throw OutputError(fmt::format("{}/chunks.jsonl: cannot be written", output_), errno);
+            truth_file_->write(chunk_json(*chunks, files_.name(frame.block_id)) + "\n");
         }
         // With binning or parts of their own the windows lie elsewhere.
         const Region image{0, 0, frame.width, frame.height};
@@ -341,6 +361,14 @@ private:
         report.add("incomplete", "incomplete", static_cast<std::int64_t>(incomplete_));
         report.add("missing", "missing", static_cast<std::int64_t>(missing_));
         report.add("fps", "fps", rate, "", 3);
+        if (pixels_ > 0) {
+            const double share = static_cast<double>(saturated_) / static_cast<double>(pixels_);
+            report.add("saturated_pixels", "saturated pixels",
+                       fmt::format("{} ({:.3g} %)", saturated_, 100 * share),
+                       static_cast<double>(saturated_));
+            report.add("most_saturated_pixels", "  most in a frame",
+                       static_cast<std::int64_t>(most_saturated_));
+        }
         report.add("trigger_to_first_packet_ms_p50", "trigger to first packet, p50", percentile(to_first, 50),
                    "ms", 3);
         report.add("trigger_to_first_packet_ms_p99", "trigger to first packet, p99", percentile(to_first, 99),
@@ -386,9 +414,11 @@ private:
            gain_db_ = -1;
     std::int32_t packet_size_ = 0, packet_delay_ns_ = -1;
     bool json_ = false, chunks_ = false;
-    std::ofstream truth_file_;
+    std::optional<images::RowFile> truth_file_;
 
+    std::optional<std::int64_t> full_scale_; ///< DN, as the camera states it
     std::uint64_t received_ = 0, incomplete_ = 0, missing_ = 0;
+    std::uint64_t pixels_ = 0, saturated_ = 0, most_saturated_ = 0; ///< of complete frames
     std::vector<Stamps> stamps_;
 };
 

@@ -66,6 +66,20 @@ TEST_CASE("rows that find no room are missing as a whole, are counted, and have 
     CHECK(rows.lost_rows() == 3);
 }
 
+TEST_CASE("a row that must be there says why it cannot be, and leaves the rows before") {
+    const test::TempFolder folder;
+    const std::filesystem::path file = folder.path() / "rows.jsonl";
+    images::RowFile rows(file);
+    rows.write("{\"a\":1}\n");
+    {
+        const SizeLimit limit(11);
+        CHECK_THROWS_WITH(rows.write("{\"a\":2}\n"), file.string() + ": cannot be written: File too large");
+        CHECK(contents(file) == "{\"a\":1}\n");
+    }
+    rows.write("{\"a\":3}\n");
+    CHECK(contents(file) == "{\"a\":1}\n{\"a\":3}\n");
+}
+
 TEST_CASE("a file of rows that cannot be made is refused with its name and the cause") {
     const test::TempFolder folder;
     CHECK_THROWS_AS(images::RowFile(folder.path()), OutputError);
