@@ -383,18 +383,30 @@ void plan_common_exposure(const ReadoutSettings& s, std::span<const WindowReques
 
 } // namespace
 
+std::span<const ReadoutFlagName> readout_flags() {
+    static constexpr std::array table{
+        ReadoutFlagName{exposure_clamped_up, "T_CLAMPED_UP",
+                        "the exposure asked for is shorter than the settings allow"},
+        ReadoutFlagName{exposure_clamped_down, "T_CLAMPED_DOWN",
+                        "the exposure asked for is longer than the settings allow"},
+        ReadoutFlagName{row_shared, "ROW_SHARED",
+                        "another window's reads or resets cut the integration short"},
+        ReadoutFlagName{exposure_quantised, "T_QUANTISED",
+                        "the exposure differs from that asked for by the grid of row slots"},
+        ReadoutFlagName{window_cropped, "WINDOW_CROPPED", "strict = false: the window was cut or aligned"},
+        ReadoutFlagName{trigger_deferred, "TRIGGER_DEFERRED",
+                        "the trigger landed in a readout and waited for its row grid"},
+        ReadoutFlagName{settings_changed, "SETTINGS_CHANGED",
+                        "first frame after a change: rows had been started under the old settings"},
+        ReadoutFlagName{charge_saturated, "SATURATED",
+                        "a pixel reached full well; non-destructive reads that follow add nothing to it"}};
+    return table;
+}
+
 std::string flag_names(std::uint32_t flags) {
-    constexpr std::pair<std::uint32_t, std::string_view> names[] = {{exposure_clamped_up, "T_CLAMPED_UP"},
-                                                                    {exposure_clamped_down, "T_CLAMPED_DOWN"},
-                                                                    {row_shared, "ROW_SHARED"},
-                                                                    {exposure_quantised, "T_QUANTISED"},
-                                                                    {window_cropped, "WINDOW_CROPPED"},
-                                                                    {trigger_deferred, "TRIGGER_DEFERRED"},
-                                                                    {settings_changed, "SETTINGS_CHANGED"},
-                                                                    {charge_saturated, "SATURATED"}};
     std::string text;
-    for (const auto& [bit, name] : names)
-        if ((flags & bit) != 0) text += fmt::format("{}{}", text.empty() ? "" : "|", name);
+    for (const ReadoutFlagName& flag : readout_flags())
+        if ((flags & flag.bit) != 0) text += fmt::format("{}{}", text.empty() ? "" : "|", flag.name);
     return text;
 }
 

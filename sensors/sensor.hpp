@@ -13,6 +13,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura::sensors {
@@ -39,6 +40,13 @@ enum ReadoutFlag : std::uint32_t {
     settings_changed = 1u << 6,          ///< dirty first frame: rows had been reset under the old settings
     charge_saturated = window_saturated, ///< SATURATED: reported by the detector, not by the plan
 };
+/// A flag as clients see it: in the cards Wnn_FLAG, the truth of frames and chunks.
+struct ReadoutFlagName {
+    std::uint32_t bit = 0;
+    std::string_view name, meaning;
+};
+/// All flags, in the order of their bits.
+[[nodiscard]] std::span<const ReadoutFlagName> readout_flags();
 /// Names of the flags that are set, in the order of their bits, separated by '|'.
 [[nodiscard]] std::string flag_names(std::uint32_t flags);
 

@@ -69,7 +69,7 @@ Cards window_cards(std::span<const FrameWindow> windows, std::span<const std::ui
             cards.push_back({fmt::format("W{:02}_{}", i, suffix), value, std::string(text)});
         };
         add_cards(cards, record_fields<FrameWindow>(), w, fmt::format("W{:02}_", i));
-        add("FLAG", flags[i], "readout flags, bits");
+        add("FLAG", flags[i], "readout flags, see obscura sensor flags");
         if (w.sampling != Sampling::destructive) {
             add("NRD", w.reads, "non-destructive reads");
             add("RD", w.read_index, "this is read number");

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 
@@ -108,9 +109,10 @@ public:
         line.description =
             "The action list prints the shipped sensors. show prints every parameter of a sensor with its provenance and source. plan prints the readout of a frame: for each window the reset and read times of its first and last row and the exposure obtained; "
             "as text, as JSON, or as a picture of rows against time. maps writes the sensor's fixed-pattern maps (response, dark current, offset), which depend on its serial number, as FITS files. "
+            "flags prints the bits of the readout flags, which the cards Wnn_FLAG of frames have. "
             "NAME is a shipped sensor or the path of a sensor file.";
         host::Option& action = line.positional("ACTION", &action_, "What to print or write");
-        action.choices = {"list", "show", "plan", "maps"};
+        action.choices = {"list", "show", "plan", "maps", "flags"};
         host::Option& name = line.positional(
             "NAME", &name_, "Sensor (show, plan, maps): a name that list prints, or a .toml file");
         name.required = false;
@@ -122,7 +124,7 @@ public:
             "SAMPLING is destructive, non-destructive, cds or ramp");
         line.option("--svg", &svg_, "FILE", "With plan: also write the picture of rows against time as SVG");
         line.option("-o,--output", &output_, "DIR", "With maps: folder for the FITS files, which must exist");
-        line.flag("--json", json_, "With list, show and plan: print JSON");
+        line.flag("--json", json_, "With list, show, plan and flags: print JSON");
         line.examples = {
             "obscura sensor list", "obscura sensor show has2",
             "obscura sensor plan has2 --exposure-us 66000 --svg has2.svg",
@@ -131,6 +133,7 @@ public:
 
     int run() override {
         if (action_ == "list") return list();
+        if (action_ == "flags") return flags();
         if (name_.empty())
             throw host::UsageError("obscura sensor: NAME is missing; obscura sensor list prints the sensors");
         const std::filesystem::path file = config::file_or_shipped(config::shipped_sensors, name_);
@@ -163,6 +166,20 @@ private:
                     s.row_pitch_m() == s.pixel_pitch_m ? "" : fmt::format(" x {:.2f}", s.row_pitch_m() * 1e6),
                     s.detector.adc_bits);
         }
+        if (json_) fmt::print("{}\n", all.dump(2));
+        return exit_ok;
+    }
+
+    int flags() const {
+        nlohmann::ordered_json all = nlohmann::ordered_json::array();
+        for (const sensors::ReadoutFlagName& flag : sensors::readout_flags())
+            if (json_)
+                all.push_back({{"bit", std::countr_zero(flag.bit)},
+                               {"value", flag.bit},
+                               {"name", flag.name},
+                               {"meaning", flag.meaning}});
+            else
+                fmt::print("{:>4}  {:<17} {}\n", flag.bit, flag.name, flag.meaning);
         if (json_) fmt::print("{}\n", all.dump(2));
         return exit_ok;
     }
