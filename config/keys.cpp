@@ -168,8 +168,8 @@ private:
         if (!key_.choices().empty() &&
             std::find(key_.choices().begin(), key_.choices().end(), value_.string) == key_.choices().end())
             fail(where_, value_.at,
-                 fmt::format("\"{}\" is not known, allowed {}", printable(value_.string, 60),
-                             fmt::join(key_.choices(), ", ")));
+                 fmt::format("\"{}\" is not known, {}", printable(value_.string, 60),
+                             allowed_words(value_.string, {key_.choices().begin(), key_.choices().end()})));
         return value_.string;
     }
     [[nodiscard]] double plain_number(const Value& value) const {

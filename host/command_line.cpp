@@ -71,7 +71,8 @@ std::string range_complaint(const Option& o, const std::string& text) {
 
 std::string choice_complaint(const Option& o, const std::string& text) {
     if (std::find(o.choices.begin(), o.choices.end(), text) != o.choices.end()) return {};
-    return fmt::format("\"{}\" is not known, allowed {}", text.substr(0, 60), fmt::join(o.choices, ", "));
+    return fmt::format("\"{}\" is not known, {}", text.substr(0, 60),
+                       allowed_words(text, {o.choices.begin(), o.choices.end()}));
 }
 
 /// Message about arguments that match no option, with a suggestion.

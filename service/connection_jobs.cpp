@@ -50,7 +50,8 @@ Outgoing error_message(std::uint32_t id, const Failure& failure) {
 void check_permission(const Call& call, Permission permission) {
     if (call.permission > permission)
         throw Failure(FailureCode::forbidden,
-                      fmt::format("{} needs the permission \"{}\"", call.name, name_of(call.permission)));
+                      fmt::format("{} needs the permission \"{}\", the connection has \"{}\"", call.name,
+                                  name_of(call.permission), name_of(permission)));
 }
 
 const std::string& name_of_call(const json& request) {

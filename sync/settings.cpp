@@ -2,6 +2,7 @@
 #include "sync/settings.hpp"
 
 #include "core/error.hpp"
+#include "core/text/suggestion.hpp"
 #include "sync/conditioner.hpp"
 #include "sync/ptp_monitor.hpp"
 
@@ -238,8 +239,8 @@ std::unique_ptr<TriggerSource> make_source(const TriggerLineSettings& line, cons
     };
     const SourceKind* kind = line.kind();
     if (kind == nullptr)
-        refuse("source", fmt::format("\"{}\" is not known, allowed {}", line.source,
-                                     fmt::join(source_names(line.number == 0), ", ")));
+        refuse("source", fmt::format("\"{}\" is not known, {}", line.source,
+                                     allowed_words(line.source, source_names(line.number == 0))));
     check_line(line, refuse);
     return kind->make(line, clock, thread);
 }

@@ -47,4 +47,10 @@ std::string suggestion(std::string_view word, const std::vector<std::string_view
     return fmt::format("allowed {}", known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
 }
 
+std::string allowed_words(std::string_view word, const std::vector<std::string_view>& known) {
+    const auto best = closest_word(word, known);
+    return fmt::format("allowed {}{}", known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")),
+                       best ? fmt::format("; did you mean \"{}\"?", *best) : "");
+}
+
 } // namespace obscura

@@ -3,6 +3,7 @@
 
 #include "core/realtime/log.hpp"
 #include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "emulator/control/camera_features.hpp"
 #include "emulator/simulator/simulator_protocol.hpp"
 #include "emulator/simulator/simulator_server.hpp"
@@ -17,6 +18,15 @@
 
 namespace obscura::emulator {
 namespace {
+
+/// "; did you mean ...?" of a name that is close to one of a feature, else empty.
+std::string nearest_feature(std::string_view name, const nlohmann::json& features) {
+    std::vector<std::string_view> known;
+    for (const auto& [feature, unused] : features.items())
+        known.push_back(feature);
+    const auto closest = closest_word(name, known);
+    return closest ? fmt::format("; did you mean \"{}\"?", *closest) : "";
+}
 
 using nlohmann::json;
 using service::Answer;
@@ -273,8 +283,8 @@ Answer CameraCalls::get(const Get& get) const {
     for (const json& name : get.names) {
         const std::string text = name.is_string() ? name.get<std::string>() : std::string();
         if (!now.contains(text))
-            throw bad_argument("names",
-                               fmt::format("camera.get: names: no feature \"{}\"", printable(text, 60)));
+            throw bad_argument("names", fmt::format("camera.get: names: no feature \"{}\"{}",
+                                                    printable(text, 60), nearest_feature(text, now)));
         wanted[text] = now[text];
     }
     return {{{"values", std::move(wanted)}}};
@@ -282,7 +292,9 @@ Answer CameraCalls::get(const Get& get) const {
 
 Answer CameraCalls::set(const Set& set, const Work& work) const {
     if (set.force && work.permission() < Permission::admin) {
-        Failure failure(FailureCode::forbidden, "camera.set: force needs the permission \"admin\"");
+        Failure failure(
+            FailureCode::forbidden,
+            "camera.set: force needs the permission \"admin\": members of the group control.admin_group have it at the Unix socket, others by a token of control.token_permission");
         failure.field = "force";
         throw failure;
     }

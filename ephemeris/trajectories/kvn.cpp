@@ -6,6 +6,7 @@
 #include "core/io/text_file.hpp"
 #include "core/text/number.hpp"
 #include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 
@@ -134,7 +135,8 @@ std::string KvnBlock::name(std::string_view keyword) const {
 std::string KvnBlock::choice(std::string_view keyword, std::span<const std::string_view> allowed) const {
     const std::string word = capitals(required(keyword));
     if (std::find(allowed.begin(), allowed.end(), word) == allowed.end())
-        fail(keyword, fmt::format("\"{}\", allowed {}", shown(word), words(allowed)));
+        fail(keyword,
+             fmt::format("\"{}\", {}", shown(word), allowed_words(word, {allowed.begin(), allowed.end()})));
     return word;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
+#include "core/text/suggestion.hpp"
 #include "images/image.hpp"
 
 #include <ImfChannelList.h>
@@ -45,8 +46,8 @@ Image read_exr_image(const std::filesystem::path& file, const std::string& plane
         std::string name = plane;
         if (in.header().channels().findChannel(plane) == nullptr) {
             if (plane.find_first_not_of("0123456789") != std::string::npos)
-                throw InputError(fmt::format("{}: no channel \"{}\", allowed {}", file.string(), plane,
-                                             fmt::join(names, ", ")));
+                throw InputError(fmt::format("{}: no channel \"{}\", {}", file.string(), plane,
+                                             allowed_words(plane, {names.begin(), names.end()})));
             name = names[static_cast<std::size_t>(
                 plane_number(file, plane, static_cast<std::int64_t>(names.size())))];
         }

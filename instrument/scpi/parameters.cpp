@@ -2,6 +2,7 @@
 #include "instrument/scpi/parameters.hpp"
 
 #include "core/overloaded.hpp"
+#include "core/text/suggestion.hpp"
 #include "instrument/scpi/errors.hpp"
 #include "instrument/scpi/header_pattern.hpp"
 #include "instrument/scpi/text.hpp"
@@ -103,15 +104,17 @@ std::string choice_of(const Feature& feature, const std::string& given) {
     std::string_view rest = feature.allowed;
     constexpr std::string_view between = " | ";
     if (rest.empty()) return given;
+    std::vector<std::string_view> words;
     while (!rest.empty()) {
         const std::string_view word = rest.substr(0, rest.find(between));
+        words.push_back(word);
         if (word.size() == given.size() && strncasecmp(word.data(), given.data(), word.size()) == 0)
             return std::string(word);
         rest.remove_prefix(word.size());
         if (!rest.empty()) rest.remove_prefix(between.size());
     }
     throw ScpiError(ScpiCode::illegal_parameter_value,
-                    fmt::format("{}: allowed {}", feature.name, feature.allowed));
+                    fmt::format("{}: {}", feature.name, allowed_words(given, words)));
 }
 
 } // namespace

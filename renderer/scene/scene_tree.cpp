@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "renderer/scene/position.hpp"
 
 #include <fmt/format.h>
@@ -110,17 +111,31 @@ std::vector<std::int32_t> parents_of(const Scene& scene) {
     return parents;
 }
 
+std::vector<std::string_view> names_of(const std::vector<Body>& bodies) {
+    std::vector<std::string_view> names;
+    for (const Body& body : bodies)
+        names.push_back(body.name);
+    return names;
+}
+
 std::string explain_missing_target(const Scene& scene, const Motion& motion) {
     if (!motion.aim || motion.aim->body.empty() || motion.aim->body == sun_name ||
         index_of(scene.bodies, motion.aim->body) >= 0)
         return {};
     std::string names;
-    for (const Body& body : scene.bodies)
+    std::vector<std::string_view> known{sun_name};
+    for (const Body& body : scene.bodies) {
         names += fmt::format("{}, ", body.name);
-    for (const Landmark& landmark : scene.landmarks)
+        known.push_back(body.name);
+    }
+    for (const Landmark& landmark : scene.landmarks) {
         names += fmt::format("{}, ", landmark.name);
-    return fmt::format("\"{}\" is no body or landmark of the scene; there are {}{}",
-                       printable(motion.aim->body), names, sun_name);
+        known.push_back(landmark.name);
+    }
+    const auto closest = closest_word(motion.aim->body, known);
+    return fmt::format("\"{}\" is no body or landmark of the scene; there are {}{}{}",
+                       printable(motion.aim->body), names, sun_name,
+                       closest ? fmt::format("; did you mean \"{}\"?", *closest) : "");
 }
 
 } // namespace obscura::scene

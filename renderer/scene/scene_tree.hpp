@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura::scene {
@@ -19,6 +20,8 @@ inline constexpr std::int32_t no_parent = -1, camera_parent = -2;
 
 /// Index of the body called `name`; -1: none.
 [[nodiscard]] std::int32_t index_of(const std::vector<Body>& bodies, const std::string& name) noexcept;
+/// Their names, which live as long as the bodies.
+[[nodiscard]] std::vector<std::string_view> names_of(const std::vector<Body>& bodies);
 
 /// Index of the parent of a thing that is called `place` in messages, or one of the above. Throws ConfigError
 /// if there is no such body or the joint is invalid.

@@ -2,6 +2,7 @@
 #include "renderer/truth/landmarks.hpp"
 
 #include "core/error.hpp"
+#include "core/text/suggestion.hpp"
 #include "renderer/planets/planet_parameters.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -20,7 +21,9 @@ Vec3 point_of(const scene::Landmark& landmark, const scene::Scene& scene,
               const std::vector<BuiltBody>& bodies) {
     const std::int32_t index = scene::index_of(scene.bodies, landmark.body);
     if (index < 0)
-        throw ConfigError(fmt::format("landmark '{}': no body is named '{}'", landmark.name, landmark.body));
+        throw ConfigError(fmt::format("landmark '{}': no body is named '{}', {}", landmark.name,
+                                      landmark.body,
+                                      allowed_words(landmark.body, scene::names_of(scene.bodies))));
     return landmark_point(landmark, scene.bodies[static_cast<std::size_t>(index)].shape,
                           *bodies[static_cast<std::size_t>(index)].shape, GroundDetail::coarse);
 }

@@ -126,7 +126,7 @@ VERBS = {
     "texture mount": [["small.obt", "mount"]],
     "bench": [["--frames", "100000"]],
     "stimulator": [["list"]],
-    "sensor": [["list"], ["maps", "cmv4000", "-o", "out"]],
+    "sensor": [["list"], ["flags"], ["maps", "cmv4000", "-o", "out"]],
     "characterise": [["--preset", "cmv4000"]],
     "time": [["2026-01-01T00:00:00Z"]],
     "timing": [[], ["out/none.csv"]],
@@ -138,6 +138,13 @@ VERBS = {
     "release": [["--pid", "1"]],
     "truth": [["out/none.fits"]],
     "sky": [["planet.toml", "-o", "out/sky.svg"], ["planet.toml"], ["mesh.toml"]],
+    "model new": [["material", "rock"]],
+    "model list": [[]],
+    "model show": [["hapke"]],
+    "model check": [["hapke"]],
+    "model eval": [["akimov", "--incidence", "30", "--emission", "10"]],
+    "model plot": [["hapke", "-o", "out/hapke.png"]],
+    "model bench": [["hapke"]],
     "serve": [["--listen", "127.0.0.1:0"]],
 }
 

@@ -5,6 +5,7 @@
 #include "core/geometry.hpp"
 #include "core/io/input_file.hpp"
 #include "core/io/path_state.hpp"
+#include "core/text/suggestion.hpp"
 #include "core/units.hpp"
 
 #include <fmt/format.h>
@@ -144,8 +145,8 @@ StarList read_star_list(const std::filesystem::path& file, const StarListChoice&
     if (!choice.brightness.empty()) {
         brightness = place_of(names, choice.brightness);
         if (!brightness)
-            throw InputError(fmt::format("{}:{}: no column {}, there are {}", file.string(), at,
-                                         choice.brightness, fmt::join(names, ", ")));
+            throw InputError(fmt::format("{}:{}: no column {}, {}", file.string(), at, choice.brightness,
+                                         allowed_words(choice.brightness, names)));
     }
     for (const std::string_view name : brightness_columns)
         if (!brightness) brightness = place_of(names, name);

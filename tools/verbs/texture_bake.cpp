@@ -3,12 +3,14 @@
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
 #include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "core/units.hpp"
 #include "host/interrupt.hpp"
 #include "renderer/planets/planet_parameters.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/registries/registry.hpp"
 #include "renderer/scene/scene.hpp"
+#include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/shapes/shape_context.hpp"
 #include "tools/check/report.hpp"
@@ -120,7 +122,8 @@ private:
                 throw ConfigError(fmt::format("{}: body '{}' is no planet or terrain", scene_, body_));
         }
         throw ConfigError(body_.empty() ? fmt::format("{}: no body is a planet or terrain", scene_)
-                                        : fmt::format("{}: there is no body '{}'", scene_, body_));
+                                        : fmt::format("{}: there is no body '{}', {}", scene_, body_,
+                                                      allowed_words(body_, scene::names_of(scene.bodies))));
     }
 
     [[nodiscard]] ObtMetadata describe(const SurfaceDomain& domain) const {

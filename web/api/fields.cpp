@@ -2,6 +2,7 @@
 #include "web/api/fields.hpp"
 
 #include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "web/server/problem.hpp"
 
 #include <fmt/format.h>
@@ -58,14 +59,22 @@ std::string allowed(const Parameter& field) {
     return std::string(name_of(field.type));
 }
 
+/// "; did you mean ...?" of a word that is none of the field's choices, if one is close.
+std::string nearest(const Parameter& field, const Json& value) {
+    if (!value.is_string() || field.choices.empty()) return {};
+    const auto closest =
+        closest_word(value.get_ref<const std::string&>(), {field.choices.begin(), field.choices.end()});
+    return closest ? fmt::format("; did you mean \"{}\"?", *closest) : "";
+}
+
 const Parameter& field_row(std::string_view name, std::span<const Parameter> fields) {
     const auto found = std::find_if(fields.begin(), fields.end(),
                                     [name](const Parameter& field) { return field.name == name; });
     if (found != fields.end()) return *found;
-    std::string names;
+    std::vector<std::string_view> names;
     for (const Parameter& field : fields)
-        names += fmt::format("{}{}", names.empty() ? "" : ", ", field.name);
-    refuse(fmt::format("{}: no such field, allowed {}", shortened(name), names.empty() ? "none" : names),
+        names.push_back(field.name);
+    refuse(fmt::format("{}: no such field, {}", shortened(name), allowed_words(name, names)),
            shortened(name));
 }
 
@@ -144,7 +153,8 @@ Json read_query(std::string_view query, std::span<const Parameter> fields) {
             one.size() > name.size() ? one.substr(name.size() + 1) : std::string_view();
         Json value = field.type == Type::string ? word_of(text) : value_of(text);
         if (!has_type(value, field))
-            refuse(fmt::format("{}: allowed: {}", field.name, allowed(field)), field.name);
+            refuse(fmt::format("{}: allowed: {}{}", field.name, allowed(field), nearest(field, value)),
+                   field.name);
         values[std::string(field.name)] = std::move(value);
     }
     require(values, fields);
@@ -193,7 +203,8 @@ Json read_body(std::string_view text, const Route& route) {
     for (const auto& [name, value] : body.items()) {
         const Parameter& field = field_row(name, route.fields);
         if (!has_type(value, field))
-            refuse(fmt::format("{}: allowed: {}", field.name, allowed(field)), field.name);
+            refuse(fmt::format("{}: allowed: {}{}", field.name, allowed(field), nearest(field, value)),
+                   field.name);
     }
     require(body, route.fields);
     return body;

@@ -2,6 +2,7 @@
 #include "web/live/live_message.hpp"
 
 #include "core/error.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -35,7 +36,7 @@ ViewRequest requested_view(const Json& json) {
     constexpr std::array allowed{"camera", "x", "y", "w", "h", "bin", "reduce", "max_hz", "enc"};
     for (const auto& [key, value] : json.items())
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
-            refuse_message(fmt::format("view: allowed are {}", fmt::join(allowed, ", ")));
+            refuse_message(fmt::format("view: {}", allowed_words(key, {allowed.begin(), allowed.end()})));
     ViewRequest out;
     const auto text = [&json](const char* name) {
         const auto found = json.find(name);

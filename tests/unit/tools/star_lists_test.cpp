@@ -86,7 +86,7 @@ TEST_CASE("bad star lists are refused by file and line", "[stars]") {
     CHECK_THROWS_WITH(read("x,y\n1\n"), Contains("list.csv:2: 1 fields, the heading has 2"));
     CHECK_THROWS_WITH(read("a,b\n1,2\n"), Contains("list.csv:1: no columns x_px and y_px"));
     CHECK_THROWS_WITH(read("ra_deg,dec_deg\n1,91\n"), Contains("list.csv:2: 1, 91 deg is no position"));
-    CHECK_THROWS_WITH(read("x,y\n1,2\n", {"flux", {}}), Contains("no column flux, there are x, y"));
+    CHECK_THROWS_WITH(read("x,y\n1,2\n", {"flux", {}}), Contains("no column flux, allowed x, y"));
     CHECK_THROWS_AS(read(""), InputError);
     CHECK_THROWS_AS(read_star_list("/nonexistent", {}), InputError);
     CHECK(!is_star_list("/nonexistent"));

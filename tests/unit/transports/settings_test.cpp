@@ -192,7 +192,7 @@ const std::vector<Broken> broken_texts{
      "c.toml:4:8: gige.faults[1].kind: \"loose\" is not known, allowed lose, lose_for_good, duplicate, "
      "reorder, "
      "delay, corrupt, drop_leader, drop_trailer, skip_frame, freeze_frame, repeat_frame, wrong_block_id, "
-     "wrong_timestamp, mute_control, heartbeat_loss"},
+     "wrong_timestamp, mute_control, heartbeat_loss; did you mean \"lose\"?"},
     {"[[gige.faults]]\nkind = \"skip_frame\"\nfirst = 20\nlast = 10\n",
      "c.toml:4:8: gige.faults[0].last: 10 is before the first, 20"},
     {"[[gige.faults]]\nkind = \"delay\"\namount = -5\n",
@@ -204,7 +204,7 @@ const std::vector<Broken> broken_texts{
     {"[v4l2]\nenabled = true\ndevice = \"video10\"\n",
      "c.toml:3:10: v4l2.device: the absolute path of a video node is wanted, as in /dev/video10"},
     {"[v4l2]\nformat = \"y16\"\n",
-     "c.toml:2:10: v4l2.format: \"y16\" is not known, allowed GREY, Y10, Y12, Y14, Y16"},
+     "c.toml:2:10: v4l2.format: \"y16\" is not known, allowed GREY, Y10, Y12, Y14, Y16; did you mean \"Y16\"?"},
     {"[stimulator]\ngrey = \"sum\"\n",
      "c.toml:2:8: stimulator.grey: \"sum\" needs a format with colours, RGB888 or XRGB8888"},
     {"[stimulator]\nwhite_dn = 100\nblack_dn = 100\n",

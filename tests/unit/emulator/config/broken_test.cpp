@@ -349,7 +349,7 @@ kind = "loose"
 )",
      "c.toml:6:8: gige.faults[1].kind: \"loose\" is not known, allowed lose, lose_for_good, duplicate, "
      "reorder, delay, corrupt, drop_leader, drop_trailer, skip_frame, freeze_frame, repeat_frame, "
-     "wrong_block_id, wrong_timestamp, mute_control, heartbeat_loss"},
+     "wrong_block_id, wrong_timestamp, mute_control, heartbeat_loss; did you mean \"lose\"?"},
     {R"([scene]
 file = "scene.toml"
 [[gige.faults]]
@@ -725,7 +725,7 @@ const std::vector<Broken> broken_scenes{
      R"(s.toml:2:14: camera.projection: "fish" is not known, allowed pinhole, equidistant, equisolid, )"
      "stereographic, orthographic"},
     {"[camera]\nvignetting = \"cos\"\n",
-     R"(s.toml:2:14: camera.vignetting: "cos" is not known, allowed none, cos4)"},
+     R"(s.toml:2:14: camera.vignetting: "cos" is not known, allowed none, cos4; did you mean "cos4"?)"},
     {R"([[body]]
 shape = "ellipsoid"
 radii_m = [1, 1, 1]
@@ -858,7 +858,7 @@ radii_m = [1, 1, 1]
 albedo = 0.5
 material = "lambertian"
 )",
-     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, model, moon, eros, itokawa, 67p, mercury, venus, earth, mars, jupiter, saturn, io, europa, ganymede, callisto, mli, solar-cell, white-paint)"},
+     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, model, moon, eros, itokawa, 67p, mercury, venus, earth, mars, jupiter, saturn, io, europa, ganymede, callisto, mli, solar-cell, white-paint; did you mean "lambert"?)"},
     {R"([[body]]
 shape = "mesh"
 albedo = 0.5
