@@ -79,14 +79,20 @@ const ModelKind* kind_of(const Model& model) {
     return nullptr;
 }
 
+std::string unknown_ending(std::string_view name) {
+    std::vector<std::string_view> endings;
+    for (const ModelKind& kind : model_kinds()) {
+        if (name.ends_with(kind.ending)) return "";
+        endings.push_back(kind.ending);
+    }
+    return fmt::format("the ending of the file's name says no kind of model: allowed are {}",
+                       fmt::join(endings, ", "));
+}
+
 void check_entry_points(const Model& model, Findings& findings) {
     const ModelKind* const kind = kind_of(model);
     if (kind == nullptr) {
-        std::vector<std::string_view> endings;
-        for (const ModelKind& k : model_kinds())
-            endings.push_back(k.ending);
-        findings.error({}, fmt::format("the ending of the file's name says no kind of model: allowed are {}",
-                                       fmt::join(endings, ", ")));
+        findings.error({}, unknown_ending(model.name()));
         return;
     }
     for (const EntryPoint& entry : kind->entry_points) {

@@ -53,6 +53,9 @@ struct ModelKind {
 /// The kind of a model by the ending of its name; null: none.
 [[nodiscard]] const ModelKind* kind_of(const Model& model);
 
+/// Why no kind has the ending of the name; empty: one has.
+[[nodiscard]] std::string unknown_ending(std::string_view name);
+
 /// Notes what the functions of `model` lack for its kind.
 void check_entry_points(const Model& model, Findings& findings);
 

@@ -62,6 +62,9 @@ constexpr std::array<std::string_view, 6> known_properties{
 } // namespace
 
 std::shared_ptr<const Model> Model::load(const std::filesystem::path& file) {
+    // Messages quote a text: that of a file which is no model stays where it is.
+    if (const std::string why = unknown_ending(file.string()); !why.empty())
+        throw ConfigError(fmt::format("{}: {}", file.string(), why));
     std::string text;
     if (const std::string why = read_plain_text(file, max_source_bytes, text); !why.empty())
         throw InputError(fmt::format("{}: {}", file.string(), why), errno);

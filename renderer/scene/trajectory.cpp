@@ -45,7 +45,7 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
     const bool on_surface = is_surface_trajectory(file);
     using Columns = std::array<std::string_view, 3>;
     const Columns place =
-        on_surface ? Columns{"longitude_deg", "latitude_deg", "height_m"} : Columns{"x_m", "y_m", "z_m"};
+        on_surface ? Columns{"longitude_deg", "latitude_deg", "altitude_m"} : Columns{"x_m", "y_m", "z_m"};
     const std::array<config::CsvColumn, 8> columns{{{.name = "time_s"},
                                                     {.name = place[0]},
                                                     {.name = place[1]},

@@ -21,7 +21,7 @@ inline constexpr const char* attitude_columns = "time_s,qw,qx,qy,qz";
 
 /// The columns of a trajectory over a body, see SurfacePlace; degrees, metres, and the attitude as above.
 inline constexpr const char* surface_trajectory_columns =
-    "time_s,longitude_deg,latitude_deg,height_m,qw,qx,qy,qz";
+    "time_s,longitude_deg,latitude_deg,altitude_m,qw,qx,qy,qz";
 
 /// Contents of a trajectory file.
 struct Trajectory {

@@ -5,7 +5,12 @@
 #include "config/section.hpp"
 #include "renderer/scene/scene.hpp"
 
+#include <string_view>
+
 namespace obscura::scene {
+
+/// The table, by dotted path. All its strings name files.
+inline constexpr std::string_view model_table_path = "body.material";
 
 /// Reads `material = { model = "FILE.brdf", PARAMETER = VALUE, PARAMETER_texture = "IMAGE" }` of the table of
 /// a body into its material and textures. A parameter that is a texture is given by the image's name.

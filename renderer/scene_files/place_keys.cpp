@@ -73,7 +73,7 @@ config::Keys camera_place_keys(PlaceKeys& s) {
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
                 "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; "
-                "with longitude_deg,latitude_deg,height_m in place of x_m,y_m,z_m over the parent; "
+                "with longitude_deg,latitude_deg,altitude_m in place of x_m,y_m,z_m over the parent; "
                 "without the last four columns, or as CCSDS OEM file, it holds positions only, and look_at, look_at_m, boresight, orientation or attitude gives the attitude"),
         file_attitude_key(s),
         extrapolation_key(s),
@@ -93,7 +93,7 @@ config::Keys body_place_keys(PlaceKeys& s) {
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
                 "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; "
-                "with longitude_deg,latitude_deg,height_m in place of x_m,y_m,z_m over the parent; "
+                "with longitude_deg,latitude_deg,altitude_m in place of x_m,y_m,z_m over the parent; "
                 "without the last four columns, or as CCSDS OEM file, it holds positions only, and orientation or attitude gives the attitude"),
         file_attitude_key(s),
         extrapolation_key(s),

@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
+#include "renderer/scene_files/model_table.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 
@@ -55,7 +56,8 @@ void visit_table(Value& table, const std::string& path, const std::filesystem::p
     for (Member& member : table.members) {
         Value& value = member.value;
         const std::string inner = path.empty() ? member.key : path + "." + member.key;
-        const bool names_files = own != file_keys().end() && own->second.contains(member.key);
+        const bool names_files =
+            path == model_table_path || (own != file_keys().end() && own->second.contains(member.key));
         if (value.kind == Value::Kind::table) visit_table(value, inner, folder, visit);
         if (value.kind == Value::Kind::string && names_files) visit(value, folder);
         if (value.kind != Value::Kind::array) continue;

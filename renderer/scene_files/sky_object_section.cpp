@@ -73,7 +73,7 @@ config::Keys keys_of(SkyObject& s, SkyObjectKeys& read) {
             .help("Position of a point, inertial or in the parent's frame"),
         config::key("trajectory", config::Path{&read.place.trajectory})
             .help(
-                "CSV table time_s,x_m,y_m,z_m, or time_s,longitude_deg,latitude_deg,height_m over the parent, of a point, instead of position_m"),
+                "CSV table time_s,x_m,y_m,z_m, or time_s,longitude_deg,latitude_deg,altitude_m over the parent, of a point, instead of position_m"),
         config::key("parent", &read.joint.parent)
             .help("Name of the body in whose frame a point's position is"),
         relative_to_key(read.joint.relative_to),
@@ -115,7 +115,7 @@ void check_kind(const SkyObject& s, const config::ReadTable& table) {
         only(!galaxy, key, "\"star\" or \"point\"");
     for (const char* key :
          {"position_m", "trajectory", "parent", "relative_to", "ephemeris", "ephemeris_frame", "planet",
-          "phase_law_mag", "longitude_deg", "latitude_deg", "height_m", "height_above", "latitudes"})
+          "phase_law_mag", "longitude_deg", "latitude_deg", "altitude_m", "altitude_above", "latitudes"})
         only(point, key, "\"point\"");
     for (const char* key : {"half_light_radius_arcsec", "sersic_index", "axis_ratio", "position_angle_deg"})
         only(galaxy, key, "\"galaxy\"");

@@ -22,11 +22,11 @@ config::Keys keys_of(SurfaceKeys& s, bool turns) {
             .unit("deg")
             .range(latitudes_deg)
             .help("Latitude of that place; north is towards the body's z axis"),
-        config::key("height_m", &s.place.height_m)
+        config::key("altitude_m", &s.place.height_m)
             .unit("m")
             .range(anywhere)
-            .help("Height of that place, see height_above"),
-        config::key("height_above", &s.above)
+            .help("Height of that place, see altitude_above"),
+        config::key("altitude_above", &s.above)
             .help("Surface from which heights count: the ellipsoid of the parent's radii, or its ground with "
                   "maps and detail"),
         config::key("latitudes", &s.latitudes)
@@ -54,9 +54,9 @@ void check_surface_keys(const config::ReadTable& table, bool rows) {
         exclude(table, key, "position_m");
         exclude(table, key, "trajectory");
     }
-    if (table.has("height_m") && !place)
-        table.refuse("height_m", "belongs to \"longitude_deg\" and \"latitude_deg\"");
-    for (const char* key : {"height_above", "latitudes", "axes"})
+    if (table.has("altitude_m") && !place)
+        table.refuse("altitude_m", "belongs to \"longitude_deg\" and \"latitude_deg\"");
+    for (const char* key : {"altitude_above", "latitudes", "axes"})
         if (table.has(key) && !place && !rows)
             table.refuse(key,
                          "belongs to \"longitude_deg\" and \"latitude_deg\", or to a trajectory with these "

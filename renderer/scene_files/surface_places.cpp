@@ -58,7 +58,7 @@ Vec3 radii_for(const SurfaceTrack& track, const Body& body) {
     if (!radii_m && (track.above == HeightAbove::reference || track.latitudes == Latitudes::planetographic))
         throw ConfigError(placed(
             track.position,
-            fmt::format("body '{}' is a {}, which has no reference ellipsoid; allowed are height_above = "
+            fmt::format("body '{}' is a {}, which has no reference ellipsoid; allowed are altitude_above = "
                         "\"ground\" with planetocentric latitudes, or a parent of shape ellipsoid or planet",
                         name, body.shape.kind())));
     return radii_m.value_or(Vec3{});

@@ -89,6 +89,19 @@ def check_command(place, command):
             complaints.append(f"{place}: {words[0]} {verb} has no {option}")
 
 
+def scene_lines(text):
+    """Numbers of the lines of scene files, which have a [camera] of their own: code with a [[body]], blank lines included."""
+    found, code = set(), []
+    for number, line in enumerate([*text.splitlines(), "end"], 1):
+        if line.startswith("    ") or (code and not line.strip()):
+            code.append((number, line.strip()))
+            continue
+        if any(inner == "[[body]]" for _, inner in code):
+            found |= {at for at, _ in code}
+        code = []
+    return found
+
+
 def check_block(name, lines, tables):
     table = None
     for number, line in lines:
@@ -109,9 +122,11 @@ def check_block(name, lines, tables):
 tables = known_keys()
 for document in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]:
     name, block = document.relative_to(ROOT), []
+    scenes = scene_lines(document.read_text())
     for number, line in enumerate(document.read_text().splitlines(), 1):
         if line.startswith("    "):
-            block.append((number, line))
+            if number not in scenes:
+                block.append((number, line))
             continue
         check_block(name, block, tables)
         block = []

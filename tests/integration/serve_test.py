@@ -156,12 +156,22 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
     for name in ("/etc/passwd", str(folder / "secret.csv"), "../secret.csv", "sub/../../secret.csv", "link.csv", "a\0b"):
         check_refused(f"a file outside: {name!r}", "bad-scene", "only files below the server's folder", lambda: camera.load(
             scene={"stars": {"catalogue": name}}))
+        for material in ({"model": name}, {"model": "akimov", "normal_albedo_texture": name}):
+            check_refused(f"a model or its image outside: {name!r}", "bad-scene", "only files below the server's folder",
+                          lambda: camera.load(scene={"body": [{"shape": "ellipsoid", "radii_m": [1, 1, 1], "material": material}]}))
         if "\0" not in name:
             check_refused(f"a scene outside: {name!r}", "bad-scene", "only files below the server's folder",
                           lambda: camera.load(name))
     check_refused("a list of files outside", "bad-scene", "only files below", lambda: camera.set(
         "scene", kernels=["sub/stars.csv", "/etc/passwd"]))
+    (root / "notes.txt").write_text("secret words\n")
+    check_refused("a file that is no model is not quoted", "bad-scene", "allowed are .brdf", lambda: camera.load(
+        scene={"body": [{"shape": "ellipsoid", "radii_m": [1, 1, 1], "material": {"model": "notes.txt"}}]}))
     check("nothing was changed", camera.export() == before)
+    (root / "own.brdf").write_text("vec4 brdf(vec3 i, vec3 e, vec3 n, vec4 diffuse, vec4 specular, scalar shininess)\n"
+                                   "{ return diffuse * 0.1 * max(0, (i | n)); }\n")
+    camera.load(scene={"body": [{"shape": "ellipsoid", "radii_m": [1, 1, 1], "material": {"model": "own.brdf"}}]})
+    check("a model inside is used", str(root / "own.brdf") in camera.export())
     camera.load(scene={"stars": {"catalogue": "sub/stars.csv"}})
     check("a file inside is used", str(root / "sub" / "stars.csv") in camera.export())
     (root / "own.toml").write_text('[stars]\ncatalogue = "sub/stars.csv"\n')

@@ -6,6 +6,7 @@
 #include "ephemeris/time/epoch.hpp"
 #include "renderer/materials/hapke.hpp"
 #include "renderer/materials/minnaert.hpp"
+#include "renderer/materials/model_material.hpp"
 #include "renderer/materials/phong.hpp"
 #include "renderer/materials/registry.hpp"
 #include "renderer/registries/registry.hpp"
@@ -135,6 +136,11 @@ TEST_CASE("a scene's epoch is the instant of its time 0") {
 TEST_CASE("the defaults of every material are within its ranges and rules") {
     for (const auto& kind : renderer::material_kinds()) {
         INFO(kind.name);
+        if (kind.name == renderer::ModelMaterialParameters::kind) {
+            // A law of users has no default.
+            CHECK_THROWS_AS(renderer::make_material(kind.make_default(), "test"), ConfigError);
+            continue;
+        }
         CHECK(renderer::make_material(kind.make_default(), "test") != nullptr);
         CHECK(renderer::varying_parameters(kind.make_default()).size() <= renderer::max_parameters);
     }
@@ -244,6 +250,25 @@ TEST_CASE("a trajectory of positions takes its attitude from the keys beside it"
     CHECK_FALSE(fixed.camera.motion.aim);
     for (const scene::TimedPose& sample : fixed.camera.motion.samples)
         CHECK(sample.pose.orientation == look_along({1, 0, 0}, {0, 0, 1}));
+}
+
+TEST_CASE("no key of a shape or a material is a key of every body") {
+    scene::Scene scene;
+    std::set<std::string, std::less<>> common;
+    int kinds = 0;
+    for (const config::DocumentedTable& table : config::document(scene::scene_section(scene), "")) {
+        if (table.heading != "[[body]]") continue;
+        for (const config::Key& key : table.keys) {
+            INFO(table.variant << ": " << key.name);
+            if (table.variant.empty())
+                common.emplace(key.name);
+            else
+                CHECK_FALSE(common.contains(key.name));
+        }
+        kinds += table.variant.empty() ? 0 : 1;
+    }
+    CHECK(common.contains("altitude_m"));
+    CHECK(kinds > 20);
 }
 
 } // namespace scene_section_test

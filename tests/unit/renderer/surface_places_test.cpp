@@ -96,14 +96,14 @@ TEST_CASE("places by planetographic latitude are those of PROJ, by planetocentri
         // gdaltransform -s_srs "+proj=longlat +a=3396190 +b=3376200" -t_srs "+proj=geocent ..." (PROJ 9.1)
         const std::string graphic = "latitudes = \"planetographic\"\n";
         check_near(
-            place(what, graphic + "longitude_deg = 137.4417\nlatitude_deg = -4.5895\nheight_m = -4501\n"),
+            place(what, graphic + "longitude_deg = 137.4417\nlatitude_deg = -4.5895\naltitude_m = -4501\n"),
             {-2490365.69127627, 2286665.80158776, -268210.704230768}, 1e-6);
-        check_near(place(what, graphic + "longitude_deg = 290\nlatitude_deg = 85\nheight_m = 1200\n"),
+        check_near(place(what, graphic + "longitude_deg = 290\nlatitude_deg = 85\naltitude_m = 1200\n"),
                    {101867.682221629, -279879.156676104, 3364396.26709287}, 1e-6);
-        check_near(place(what, graphic + "longitude_deg = 0\nlatitude_deg = -90\nheight_m = 10\n"),
+        check_near(place(what, graphic + "longitude_deg = 0\nlatitude_deg = -90\naltitude_m = 10\n"),
                    {0, 0, -3376210}, 1e-6);
         // r = a b / sqrt((b cos)^2 + (a sin)^2), plus the height along the radius.
-        check_near(place(what, "longitude_deg = 137.4417\nlatitude_deg = -4.5895\nheight_m = -4501\n"),
+        check_near(place(what, "longitude_deg = 137.4417\nlatitude_deg = -4.5895\naltitude_m = -4501\n"),
                    {-2490177.187065, 2286492.716111, -271379.915876}, 1e-5);
     }
 }
@@ -114,7 +114,7 @@ TEST_CASE("a thing that is placed on a body turns with it, its local axes are ea
         files.scene(std::string(mars) +
                     "[[body]]\nname = \"rover\"\nshape = \"box\"\nsize_m = [2, 3, 1]\nalbedo = 0.5\n"
                     "parent = \"mars\"\nlongitude_deg = 60\nlatitude_deg = 30\naxes = \"east-north-up\"\n"
-                    "[camera]\nparent = \"mars\"\nlongitude_deg = 60\nlatitude_deg = 30\nheight_m = 2\n"
+                    "[camera]\nparent = \"mars\"\nlongitude_deg = 60\nlatitude_deg = 30\naltitude_m = 2\n"
                     "axes = \"east-north-up\"\nboresight = [0, 1, 0]\n");
     const renderer::ScenePoses poses(s);
     for (const double t : {0.0, 22500.0}) {
@@ -135,7 +135,7 @@ TEST_CASE("a thing that is placed on a body turns with it, its local axes are ea
 
 TEST_CASE("a trajectory over a body keeps its height between rows, along the great circle") {
     const Files files;
-    (void)files.write("t.csv", "time_s,longitude_deg,latitude_deg,height_m\n0,350,0,1000\n10,10,0,3000\n"
+    (void)files.write("t.csv", "time_s,longitude_deg,latitude_deg,altitude_m\n0,350,0,1000\n10,10,0,3000\n"
                                "20,10,60,3000\n30,190,60,3000\n");
     const scene::Scene s = files.scene(
         "[camera]\nparent = \"ball\"\ntrajectory = \"t.csv\"\naxes = \"east-north-up\"\nboresight = [0, 0, -1]\n"
@@ -162,22 +162,22 @@ TEST_CASE("a height above the ground is the range at which a camera that looks d
     const Files files;
     const std::string camera = "[camera]\nwidth = 5\nheight = 5\nfocal_length_mm = 50\nparent = \"moon\"\n"
                                "longitude_deg = -21.3\nlatitude_deg = 41.7\naxes = \"east-north-up\"\n"
-                               "boresight = [0, 0, -1]\nheight_above = \"ground\"\n";
+                               "boresight = [0, 0, -1]\naltitude_above = \"ground\"\n";
     // The ground's slopes within a pixel of 0.4 mrad make some millimetres.
-    CHECK_THAT(range_m(files.scene(camera + "height_m = 2\n" + moon)), WithinAbs(2, 0.02));
-    CHECK_THAT(range_m(files.scene(camera + "height_m = 150\n" + moon)), WithinAbs(150, 0.2));
+    CHECK_THAT(range_m(files.scene(camera + "altitude_m = 2\n" + moon)), WithinAbs(2, 0.02));
+    CHECK_THAT(range_m(files.scene(camera + "altitude_m = 150\n" + moon)), WithinAbs(150, 0.2));
     // The camera is not taken to be inside the ground, whose coarse levels are hundreds of metres off.
     const auto inside = [&](double height_m) {
-        const scene::Scene s = files.scene(fmt::format("{}height_m = {}\n{}", camera, height_m, moon));
+        const scene::Scene s = files.scene(fmt::format("{}altitude_m = {}\n{}", camera, height_m, moon));
         return renderer::Renderer(s, {1, 2, 1}).view(Time{}).bodies.at(0).around_camera;
     };
     CHECK_FALSE(inside(0.1));
     CHECK(inside(-0.1));
     // Bodies without a reference ellipsoid have a ground, too: the top of a box.
-    const scene::Scene box =
-        files.scene("[camera]\nparent = \"moon\"\nlongitude_deg = 90\nlatitude_deg = 0\nheight_m = 5\n"
-                    "height_above = \"ground\"\n[[body]]\nname = \"moon\"\nshape = \"box\"\nsize_m = [2, 6, "
-                    "4]\nalbedo = 0.5\n");
+    const scene::Scene box = files.scene(
+        "[camera]\nparent = \"moon\"\nlongitude_deg = 90\nlatitude_deg = 0\naltitude_m = 5\n"
+        "altitude_above = \"ground\"\n[[body]]\nname = \"moon\"\nshape = \"box\"\nsize_m = [2, 6, "
+        "4]\nalbedo = 0.5\n");
     check_near(box.camera.motion.samples[0].pose.position_m, {0, 8, 0}, 1e-9);
 }
 
@@ -220,8 +220,8 @@ TEST_CASE("look_at takes a landmark, which stays in the principal point while it
 
 TEST_CASE("what does not fit a place on a body is refused with file, key and what is allowed") {
     const Files files;
-    (void)files.write("t.csv", "time_s,longitude_deg,latitude_deg,height_m\n0,0,0,0\n");
-    (void)files.write("bad.csv", "time_s,longitude_deg,latitude_deg,height_m\n0,0,91,0\n");
+    (void)files.write("t.csv", "time_s,longitude_deg,latitude_deg,altitude_m\n0,0,0,0\n");
+    (void)files.write("bad.csv", "time_s,longitude_deg,latitude_deg,altitude_m\n0,0,91,0\n");
     const auto refusal = [&](const std::string& keys) { return files.refusal("[camera]\n" + keys + mars); };
     const std::string place = "longitude_deg = 1\nlatitude_deg = 2\n", on = "parent = \"mars\"\n";
     CHECK(refusal(place) == "s.toml:2:17: camera.longitude_deg: needs \"parent\", the body that it is on");
@@ -232,8 +232,8 @@ TEST_CASE("what does not fit a place on a body is refused with file, key and wha
     CHECK(refusal(on + place + "position_m = [1, 2, 3]\n") ==
           "s.toml:3:17: camera.longitude_deg: cannot stand beside \"position_m\"\n"
           "s.toml:4:16: camera.latitude_deg: cannot stand beside \"position_m\"");
-    CHECK(refusal("height_m = 4\n") ==
-          "s.toml:2:12: camera.height_m: belongs to \"longitude_deg\" and \"latitude_deg\"");
+    CHECK(refusal("altitude_m = 4\n") ==
+          "s.toml:2:14: camera.altitude_m: belongs to \"longitude_deg\" and \"latitude_deg\"");
     CHECK(refusal(on + "longitude_deg = 1\nlatitude_deg = 91\n") ==
           "s.toml:4:16: camera.latitude_deg: 91 is out of range, allowed -90 to 90 deg");
     CHECK(refusal(on + "trajectory = \"bad.csv\"\n") == "bad.csv:2:5: latitude_deg: 91 is outside -90 to 90");
@@ -245,7 +245,7 @@ TEST_CASE("what does not fit a place on a body is refused with file, key and wha
     const std::string box = "[[body]]\nname = \"mars\"\nshape = \"box\"\nsize_m = [1, 1, 1]\nalbedo = 0.5\n";
     CHECK(files.refusal("[camera]\n" + on + place + box) ==
           "s.toml:1:2: camera.longitude_deg: body 'mars' is a box, which has no reference ellipsoid; allowed "
-          "are height_above = \"ground\" with planetocentric latitudes, or a parent of shape ellipsoid or "
+          "are altitude_above = \"ground\" with planetocentric latitudes, or a parent of shape ellipsoid or "
           "planet");
     CHECK(files.refusal("[[lamp]]\nintensity_w_sr = [1]\nparent = \"camera\"\n" + place) ==
           "s.toml:1:1: lamp[0].longitude_deg: the camera has no longitudes; allowed is a body as parent");
