@@ -66,7 +66,8 @@ bool RowFile::flush() {
 void RowFile::write(std::string_view row) {
     if (const int error = append_to(file_.get(), row); error != 0) {
         [[maybe_unused]] const int cut = ::ftruncate(file_.get(), whole_bytes_);
-        throw OutputError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(error)), error);
+        throw OutputError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(error)),
+                          error);
     }
     whole_bytes_ += static_cast<std::int64_t>(row.size());
 }

@@ -5,9 +5,9 @@
 #include "core/text/printable.hpp"
 #include "ephemeris/time/calendar.hpp"
 #include "ephemeris/time/time_scale.hpp"
+#include "renderer/materials/model_material.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/world/pose_age.hpp"
-#include "renderer/materials/model_material.hpp"
 #include "renderer/world/preset_range.hpp"
 #include "tools/check/report.hpp"
 
