@@ -79,6 +79,8 @@ struct CameraCounters {
     std::uint64_t late = 0;     ///< complete frames with rows that were not ready in time
     std::uint64_t late_rows = 0;
     std::uint64_t stalled = 0, stalled_rows = 0; ///< see emulator::ReleaseCounters
+    std::uint64_t failed = 0;       ///< frames with rows that could not be rendered, frame_failed
+    std::uint64_t poses_held = 0;   ///< frames that show a pose of another time, frame_pose_held
     std::uint64_t abandoned = 0;    ///< frames with rows missing: aborted, or abandoned as too late
     std::uint64_t repeated = 0;     ///< LatePolicy::repeat
     std::uint64_t late_dropped = 0; ///< LatePolicy::drop
@@ -127,6 +129,13 @@ inline constexpr auto camera_metrics = [] {
             .as_counter("rows_stalled_total",
                         "Rows that were ready in time and left more than a millisecond late.")
             .in_telemetry(5, "STALLED_ROWS", "Rows that were ready and left more than a millisecond late"),
+        counter<&C::failed>(root, "failed")
+            .as_counter("frames_render_failed_total",
+                        "Frames with rows that could not be rendered, which are black."),
+        counter<&C::poses_held>(root, "poses_held")
+            .as_counter(
+                "frames_pose_held_total",
+                "Frames that show the last known pose of something whose pose is not known for their time."),
         counter<&C::missed_triggers>(root, "missed_triggers")
             .as_counter("triggers_total", "", "outcome", "missed")
             .on_status(4, "missed triggers")

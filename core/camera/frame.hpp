@@ -105,6 +105,10 @@ enum FrameFlag : std::uint32_t {
     /// At least one row was ready in time and left more than release_stall_ns after its time: the system did
     /// not run the thread that releases rows.
     frame_stalled = 1u << 10,
+    /// Rendering failed (an exception): rows are black, or those of an earlier frame.
+    frame_failed = 1u << 11,
+    /// A pose is not known for the time of the frame: the last known one is shown. See the ages of poses.
+    frame_pose_held = 1u << 12,
 };
 
 /// Name and pose of a body at mid-exposure of the frame, in the scene's inertial frame.

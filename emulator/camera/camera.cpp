@@ -465,6 +465,8 @@ CameraCounters Camera::counters() const noexcept {
     c.late_rows = released.late_rows;
     c.stalled = released.stalled;
     c.stalled_rows = released.stalled_rows;
+    c.failed = maker_.failed_frames();
+    c.poses_held = maker_.frames_with_held_poses();
     c.abandoned = released.abandoned;
     c.repeated = released.repeated;
     c.late_dropped = released.dropped;

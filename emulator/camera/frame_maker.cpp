@@ -228,6 +228,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     }
     const Time mid = midpoint(plan_.rows.front().reset, plan_.rows.back().read);
     current().fill_truth(order.shown.at(mid), info.truth);
+    flag_held_poses(frame);
     info.truth.mid_exposure = mid + scene_to_clock_ns_;
     info.truth.seed = settings_.seed;
     info.truth.run = run();
@@ -303,6 +304,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
                         std::max<std::int64_t>(0, frame.info.trigger_edge - render_thread_->ended());
                 }
             }
+            flag_faults(frame);
             finish_quality(frame, by_level);
             list_scene_truth(frame);
         }

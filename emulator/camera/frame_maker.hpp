@@ -13,6 +13,7 @@
 #include "emulator/render/frame_light.hpp"
 #include "emulator/render/frame_work.hpp"
 #include "emulator/render/kept_frames.hpp"
+#include "emulator/render/render_faults.hpp"
 #include "emulator/render/render_thread.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
@@ -82,7 +83,10 @@ struct FrameMakerSettings {
     bool adapts = false;
     std::int64_t reserve_ns = 0; ///< so much earlier than the detector needs it, light is to be there
     double floor = 0;            ///< error above which a frame counts as failed; 0: none does
-    double target_error = 0;     ///< that rendering has, for the record of frames that adapt
+    /// Frames are due: what the renderer throws makes rows black, not an end.
+    bool real_time = false;
+    double max_pose_age_s = 0; ///< age above which a pose counts as held
+    double target_error = 0;   ///< that rendering has, for the record of frames that adapt
     /// Frames are rendered on a thread of their own, which calls this first, expected ones before their
     /// trigger; empty: on the calling thread.
     std::function<void()> enter_render{};
@@ -152,6 +156,15 @@ public:
     }
     /// Thread-safe.
     [[nodiscard]] QualityCounters quality_counters() const noexcept;
+    /// Frames with frame_failed, and with frame_pose_held. Thread-safe.
+    [[nodiscard]] std::uint64_t failed_frames() const noexcept {
+        return failed_frames_.load(std::memory_order_relaxed);
+    }
+    [[nodiscard]] std::uint64_t frames_with_held_poses() const noexcept {
+        return poses_held_.load(std::memory_order_relaxed);
+    }
+    /// What rendering has thrown. Thread-safe.
+    [[nodiscard]] RenderFaults& faults() noexcept { return faults_; }
 
     /// Run word of the current or latest acquisition; that of the first before it. Thread-safe.
     [[nodiscard]] std::uint32_t run() const noexcept { return run_.load(std::memory_order_relaxed); }
@@ -209,6 +222,8 @@ private:
     void list_row_blocks(FrameLight& light) const noexcept;
     void set_due(const sensors::ReadoutPlan& plan, FrameLight& light) const noexcept;
     void finish_quality(Frame& frame, bool by_level) noexcept;
+    void flag_faults(Frame& frame) noexcept;
+    void flag_held_poses(Frame& frame) noexcept;
     [[nodiscard]] RenderThread::Tolerance tolerance(const ExpectedFrame& frame) const noexcept;
     void wait_for_buffer(std::uint32_t number, FrameWork* work) const noexcept;
     [[nodiscard]] std::span<const float> render_block(std::uint32_t number, const std::atomic<bool>* cancel,
@@ -243,6 +258,8 @@ private:
     std::int64_t reserve_ns_;                       ///< see FrameMakerSettings::reserve_ns
     std::atomic<std::int64_t> detector_rows_ns_{0}; ///< time that the detector needs for rows_at_a_time
     std::atomic<std::uint64_t> degraded_{0}, failed_{0};
+    mutable RenderFaults faults_; ///< outlives the render thread
+    std::atomic<std::uint64_t> failed_frames_{0}, poses_held_{0};
     std::array<std::atomic<std::uint64_t>, quality_level_count> worst_{};
     // State of the last frame rendered, see QualityCounters.
     std::atomic<QualityLevel> last_level_{QualityLevel::full};

@@ -20,6 +20,25 @@ void FrameMaker::set_render_speed(std::int64_t frame_ns, std::int64_t reserve_ns
 }
 
 /// Before the last rows are posted to the detector.
+void FrameMaker::flag_faults(Frame& frame) noexcept {
+    if (faults_.count() == 0 || !faults_.take(frame.info.frame_id)) return;
+    frame.flags.fetch_or(frame_failed, std::memory_order_relaxed);
+    failed_frames_.fetch_add(1, std::memory_order_relaxed);
+}
+
+/// By the ground truth of the frame.
+void FrameMaker::flag_held_poses(Frame& frame) noexcept {
+    const GroundTruth& truth = frame.info.truth;
+    const auto bodies = std::span(truth.bodies).first(truth.body_count);
+    if (!(truth.camera_pose_age_s > settings_.max_pose_age_s) &&
+        std::none_of(bodies.begin(), bodies.end(),
+                     [this](const BodyTruth& body) { return body.pose_age_s > settings_.max_pose_age_s; }))
+        return;
+    frame.flags.fetch_or(frame_pose_held, std::memory_order_relaxed);
+    poses_held_.fetch_add(1, std::memory_order_relaxed);
+}
+
+/// Before the last rows are posted to the detector.
 void FrameMaker::finish_quality(Frame& frame, bool by_level) noexcept {
     FrameQuality& quality = frame.info.quality;
     quality.error_goal = static_cast<float>(settings_.target_error);

@@ -22,6 +22,7 @@ void FrameMaker::describe_light(const FrameOrder& order, const sensors::ReadoutP
                                 const renderer::Renderer& renderer, FrameLight& light) const noexcept {
     light.renderer = &renderer;
     light.frame_id = order.frame_id;
+    light.faults = settings_.real_time ? &faults_ : nullptr;
     light.live = settings_.live_poses;
     light.push_broom = readout_.shutter == Shutter::push_broom;
     light.windows.clear();

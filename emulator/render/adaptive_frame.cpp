@@ -3,6 +3,7 @@
 
 #include "core/clock.hpp"
 #include "emulator/render/frame_work.hpp"
+#include "emulator/render/render_faults.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -117,7 +118,8 @@ void AdaptiveFrame::keep_settled() noexcept {
         request.keep = light_->keep;
         const std::size_t at =
             static_cast<std::size_t>(group.first_row) * static_cast<std::size_t>(area_width_);
-        static_cast<void>(light_->renderer->render(request, std::span(floats_[1]).subspan(at)));
+        static_cast<void>(render_noting(*light_->renderer, request, std::span(floats_[1]).subspan(at),
+                                        nullptr, light_->faults));
     }
 }
 
@@ -249,7 +251,9 @@ bool AdaptiveFrame::render(QualityLevel level, std::int32_t first_group, std::in
     request.keep = moves ? nullptr : light_->keep;
     request.from = moves ? earlier_.light : nullptr;
     request.gate = this;
-    static_cast<void>(light_->renderer->render(request, std::span(floats_[optional_ ? 1 : 0]).subspan(at)));
+    static_cast<void>(render_noting(*light_->renderer, request,
+                                    std::span(floats_[optional_ ? 1 : 0]).subspan(at), nullptr,
+                                    light_->faults));
     if (moves && std::all_of(groups_.begin() + first_group, groups_.begin() + first_group + groups,
                              [](const Group& g) { return g.better.load(std::memory_order_relaxed); }))
         learn_moved_error(1, first_row_, rows);
@@ -276,7 +280,8 @@ void AdaptiveFrame::make_earlier(const Group& group, QualityLevel level) noexcep
     request.variance = std::span(variance_[1]).subspan(at, pixels);
     request.from = earlier_.light;
     request.alone = alone_;
-    static_cast<void>(light_->renderer->render(request, std::span(floats_[2]).subspan(at)));
+    static_cast<void>(render_noting(*light_->renderer, request, std::span(floats_[2]).subspan(at), nullptr,
+                                    light_->faults));
     for (std::int32_t row = group.first_row; row < group.first_row + group.rows; ++row)
         sum_row(2, row, {1, level});
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/render/frame_light.hpp"
 
+#include "emulator/render/render_faults.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -97,7 +99,11 @@ bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::
                 std::clamp(row, window.image_y, last_row) / group_rows)]);
         request.levels = levels_;
     }
-    return light.renderer->render(request, out, cancel);
+    const std::uint64_t faults = light.faults != nullptr ? light.faults->count() : 0;
+    if (render_noting(*light.renderer, request, out, cancel, light.faults)) return true;
+    if (light.faults == nullptr || light.faults->count() == faults) return false;
+    std::fill(out.begin(), out.end(), 0.0F); // the frame goes on, black and flagged
+    return true;
 }
 
 bool BlockRenderer::choose_levels(FrameLight& light, const RowBlock& block, double tolerance_px,
@@ -119,8 +125,14 @@ bool BlockRenderer::choose_levels(FrameLight& light, const RowBlock& block, doub
         const std::int32_t rows = std::min(end_row, window.image_y + window.sensor.height) - first;
         if (rows <= 0) continue;
         row_px_.resize(static_cast<std::size_t>(rows));
-        if (!light.renderer->kept_motion_px(request_for(light, w, first, rows), row_px_, cancel))
+        try {
+            if (!light.renderer->kept_motion_px(request_for(light, w, first, rows), row_px_, cancel))
+                return false;
+        } catch (...) {
+            if (light.faults == nullptr) throw;
+            light.faults->note(light.frame_id);
             return false;
+        }
         for (std::int32_t r = 0; r < rows; ++r) {
             float& px = group_px_[static_cast<std::size_t>((first + r - begin_row) / group_rows)];
             px = std::max(px, row_px_[static_cast<std::size_t>(r)]);

@@ -17,6 +17,8 @@
 
 namespace obscura::emulator {
 
+class RenderFaults;
+
 /// Rows of one window that are rendered together, with the halo that the detector needs.
 struct RowBlock {
     std::size_t window = 0;
@@ -53,6 +55,8 @@ struct FrameLight {
     /// Light of a frame that differs in its time or in poses only: source of the rows at the levels from
     /// reprojected on.
     renderer::ReprojectionSource* from = nullptr;
+
+    RenderFaults* faults = nullptr; ///< notes what rendering throws; null: it is passed on
 
     // What decides about levels while a frame is rendered; its light depends on the levels alone.
     bool adapts = false;                       ///< rows have levels that keep them in time

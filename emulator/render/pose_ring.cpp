@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/render/pose_ring.hpp"
 
+#include "core/pose_range.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -44,6 +46,8 @@ Pose between(const Pose& a, const PoseRates& a_rates, const Pose& b, const PoseR
     Pose pose = interpolate(a, b, s);
     pose.position_m = a.position_m + hermite(b.position_m - a.position_m, a_rates.velocity_m_s * span_s,
                                              b_rates.velocity_m_s * span_s, s);
+    // Cubics of rates that do not fit to poses far apart in time go far.
+    if (!is_in_range(pose.position_m)) return interpolate(a, b, s);
     const Vec3 turn = rotation_vector(conjugate(a.orientation) * b.orientation);
     // With more than half a turn the shortest way is not that of the rates.
     constexpr double max_rad = 3;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/simulator/simulator_protocol.hpp"
 
+#include "core/pose_range.hpp"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -10,10 +12,6 @@
 
 namespace obscura::emulator {
 namespace {
-
-constexpr double max_position_m = 1e15;  // a tenth of a light year
-constexpr double max_velocity_m_s = 1e9; // above the speed of light, for poses in a moving frame
-constexpr double max_rate_rad_s = 1e4;
 
 /// Removes the next word from the text; empty at the end. One or more blanks separate words.
 std::string_view next_word(std::string_view& rest) {
@@ -32,19 +30,15 @@ bool parse_number(std::string_view text, double& value) {
 }
 
 std::string check_place(Pose& pose) {
-    for (const double value : {pose.position_m.x, pose.position_m.y, pose.position_m.z})
-        if (!(std::abs(value) <= max_position_m)) return "pose: position: allowed are -1e15 to 1e15 m";
-    if (!(std::abs(norm(pose.orientation) - 1) <= 1e-3))
-        return "pose: quaternion: a length of 1 within 1e-3 is wanted";
+    if (const auto why = refusal_of(pose)) return "pose: " + *why;
     pose.orientation = normalized(pose.orientation);
     return {};
 }
 
 std::string check_rates(const PoseRates& rates) {
-    if (!(length(rates.velocity_m_s) <= max_velocity_m_s)) return "pose: velocity: allowed is up to 1e9 m/s";
-    if (!(length(rates.rate_rad_s) <= max_rate_rad_s))
-        return "pose: rotation rate: allowed is up to 1e4 rad/s";
-    return {};
+    auto why = refusal_of_velocity(rates.velocity_m_s);
+    if (!why) why = refusal_of_rate(rates.rate_rad_s);
+    return why ? "pose: " + *why : std::string();
 }
 
 SimulatorLine parse_pose(std::string_view rest) {

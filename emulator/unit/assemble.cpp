@@ -167,6 +167,9 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                            .adapts = adapts,
                            .reserve_ns = std::llround(1e3 * config.deadline.reserve_us),
                            .floor = config.deadline.floor,
+                           .real_time = real_time,
+                           .max_pose_age_s =
+                               config.simulator.enabled ? config.simulator.max_extrapolation_ms * 1e-3 : 0,
                            .target_error = config.render.target_error,
                            .enter_render = enter_render});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())

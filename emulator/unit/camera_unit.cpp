@@ -2,6 +2,8 @@
 #include "emulator/unit/camera_unit.hpp"
 
 #include "core/io/stop_reading.hpp"
+#include "core/text/printable.hpp"
+#include "emulator/render/render_faults.hpp"
 #include "emulator/unit/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
 #include "renderer/materials/model_material.hpp"
@@ -228,8 +230,25 @@ void CameraUnit::report_pose_ages() {
     pose_age_s_.store(largest_s, std::memory_order_relaxed);
 }
 
+void CameraUnit::report_render_faults() {
+    constexpr std::int64_t works_after_ns = 10 * ns_per_s;
+    RenderFaults& faults = imaging_->maker->faults();
+    const Time now = imaging_->clock.now();
+    if (const std::uint64_t count = faults.count(); count != faults_seen_) {
+        faults_seen_ = count;
+        const std::string what = faults.take_text();
+        if (std::exchange(fault_seen_, now) == Time{})
+            log_error("rendering fails: {}; rows of such frames are black, and the frames are counted",
+                      printable(what, 200));
+    } else if (fault_seen_ != Time{} && now - fault_seen_ > works_after_ns) {
+        fault_seen_ = Time{};
+        log_notice("rendering works again; {} frames have black rows", imaging_->maker->failed_frames());
+    }
+}
+
 void CameraUnit::tick() {
     report_pose_ages();
+    report_render_faults();
     // The next frame may be rendered with the new scene while this one is made with the one before.
     if (const FrameMaker& maker = *imaging_->maker; !retired_.empty() && maker.uses(*imaging_->renderer)) {
         // Destroyed after the lock, which takes time.

@@ -155,6 +155,8 @@ private:
     /// Logs once for each thing of a scene that frames show it at times its files do not cover, and once the
     /// presets of its materials that are out of range.
     void report_pose_ages();
+    /// Logs when rendering begins to fail, and when it works again.
+    void report_render_faults();
 
     const bool uncontrolled_; ///< no client can start the acquisition
     const ThreadPlan threads_;
@@ -191,6 +193,8 @@ private:
     std::atomic<double> pose_age_s_{0};
     std::vector<std::string> reported_ages_; ///< AgedPoses::key of what was logged for this scene
     bool presets_judged_ = false;            ///< presets_out_of_range() of this scene was logged
+    std::uint64_t faults_seen_ = 0;          ///< RenderFaults::count() at the last look
+    Time fault_seen_;                        ///< when it was seen to grow last; 0: rendering works
     std::mutex commands_;                    ///< of run_between_commands() without a control thread
 };
 

@@ -2,6 +2,7 @@
 #include "ephemeris/kernels/spk_segment.hpp"
 
 #include "core/error.hpp"
+#include "core/pose_range.hpp"
 #include "ephemeris/segments/segment_data.hpp"
 
 #include <fmt/format.h>
@@ -58,7 +59,7 @@ bool SpkSegment::evaluate(TdbTime time, State& state) const noexcept {
     StateKm km;
     if (!data_->evaluate(time, km)) return false;
     state = {km.position * m_per_km, km.velocity * m_per_km};
-    return is_finite(state.position_m) && is_finite(state.velocity_m_s);
+    return is_in_range(state.position_m) && is_finite(state.velocity_m_s);
 }
 
 } // namespace obscura::ephemeris

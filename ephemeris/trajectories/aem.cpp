@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ephemeris/trajectories/aem.hpp"
 
+#include "core/pose_range.hpp"
 #include "core/units.hpp"
 #include "ephemeris/trajectories/kvn.hpp"
 
@@ -14,7 +15,6 @@
 namespace obscura::ephemeris {
 namespace {
 
-constexpr double fastest_rad_s = 1e6 * degree;
 constexpr std::array<std::string_view, 18> aem_keywords{
     "OBJECT_NAME",          "OBJECT_ID",          "CENTER_NAME",       "REF_FRAME_A",
     "REF_FRAME_B",          "ATTITUDE_DIR",       "TIME_SYSTEM",       "START_TIME",
@@ -188,7 +188,7 @@ void add_attitude(const KvnReader& reader, const KvnLine& line, const KvnSample&
         for (std::size_t i = 0; i < turns.size() && euler; ++i)
             turns[i] = axis_angle(layout.euler_axes[i], n[i] * degree);
         const Quat given = euler ? turns[0] * turns[1] * turns[2] : quaternion_of(n.data(), layout);
-        if (!(std::abs(norm(given) - 1) <= 1e-3))
+        if (refusal_of_attitude(given))
             reader.fail(line.number, fmt::format("|q| = {:.6g}, a unit quaternion is wanted", norm(given)));
         // A frame rotation from A to B gives components in B; as an operator on vectors the same quaternion
         // turns B's axes into A's, which is the orientation of B in A.
@@ -218,8 +218,8 @@ void add_attitude(const KvnReader& reader, const KvnLine& line, const KvnSample&
             segment.rate_rad_s.push_back(rate);
         }
     }
-    if (!segment.rate_rad_s.empty() && !(length(segment.rate_rad_s.back()) <= fastest_rad_s))
-        reader.fail(line.number, "the attitude turns by more than 1e6 deg/s");
+    if (!segment.rate_rad_s.empty())
+        if (const auto why = refusal_of_rate(segment.rate_rad_s.back())) reader.fail(line.number, *why);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ephemeris/trajectories/oem.hpp"
 
+#include "core/pose_range.hpp"
 #include "ephemeris/trajectories/kvn.hpp"
 
 #include <fmt/format.h>
@@ -12,7 +13,6 @@
 namespace obscura::ephemeris {
 namespace {
 
-constexpr double farthest_m = 1e15; // a tenth of a light year
 constexpr std::array<std::string_view, 12> oem_keywords{
     "OBJECT_NAME",       "OBJECT_ID",   "CENTER_NAME",   "REF_FRAME",
     "REF_FRAME_EPOCH",   "TIME_SYSTEM", "START_TIME",    "USEABLE_START_TIME",
@@ -39,8 +39,8 @@ void add_sample(const KvnReader& reader, const KvnLine& line, const KvnSample& s
                 n.size()));
     const Vec3 position_m = Vec3{n[0], n[1], n[2]} * 1e3;
     const Vec3 velocity_m_s = Vec3{n[3], n[4], n[5]} * 1e3;
-    if (!(length(position_m) <= farthest_m)) reader.fail(line.number, "the position is beyond 1e12 km");
-    if (!(length(velocity_m_s) <= farthest_m)) reader.fail(line.number, "the velocity is beyond 1e12 km/s");
+    if (const auto why = refusal_of_position(position_m)) reader.fail(line.number, *why);
+    if (const auto why = refusal_of_velocity(velocity_m_s)) reader.fail(line.number, *why);
     segment.epochs.push_back(sample.epoch);
     segment.position_m.push_back(position_m);
     segment.velocity_m_s.push_back(velocity_m_s);

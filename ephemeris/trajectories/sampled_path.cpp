@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ephemeris/trajectories/sampled_path.hpp"
 
+#include "core/pose_range.hpp"
 #include "ephemeris/segments/interpolation.hpp"
 
 #include <algorithm>
@@ -112,8 +113,8 @@ Motion interpolated_motion(const PathSegment& segment, Epoch at, double fraction
             set(axis, hermite(window.times(), used(values), used(rates)));
         }
     }
-    // Polynomials through samples at very uneven distances overflow.
-    if (is_finite(result.position_m) && is_finite(result.velocity_m_s)) return result;
+    // Polynomials through samples at very uneven distances go far, or overflow.
+    if (is_in_range(result.position_m) && is_finite(result.velocity_m_s)) return result;
     const Window two = window_at(segment, at, fraction_s, 2);
     return {between(segment.position_m, two), slope(segment.position_m, two)};
 }

@@ -32,6 +32,8 @@ inline constexpr std::array flag_cards{
     FlagCard{frame_late, "LATE", "a row was late"},
     FlagCard{frame_stalled, "STALLED", "a row was ready in time and left late"},
     FlagCard{frame_degraded, "DEGRADED", "a row is not of full quality"},
+    FlagCard{frame_failed, "FAILED", "rendering failed, rows are black"},
+    FlagCard{frame_pose_held, "POSEHELD", "a pose is not known for this time, the last one is shown"},
     FlagCard{frame_lag_unknown, "NOLAG", "image lag of the frame before is missing"},
 };
 

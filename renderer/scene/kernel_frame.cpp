@@ -106,9 +106,9 @@ public:
     }
 
     [[nodiscard]] Pose at(double time_s) const noexcept override {
-        Pose pose{{}, orientation(time_s)};
-        if (scene_->position(body_, placed_.nearest(time_s), pose.position_m) != Evaluation::ok)
-            pose.position_m = first_.position_m; // a kernel holds values that are no numbers
+        Pose pose;
+        known_position(time_s, pose.position_m);
+        known_orientation(time_s, pose.orientation);
         const Pose local = local_->at(time_s);
         return {to_parent(pose, local.position_m), normalized(pose.orientation * local.orientation)};
     }
@@ -125,8 +125,9 @@ public:
     }
     [[nodiscard]] PoseAges ages(double time_s) const noexcept override {
         const PoseAges local = local_->ages(time_s);
-        return {std::max(std::abs(time_s - placed_.nearest(time_s)), local.position_s),
-                std::max(std::abs(time_s - oriented_.nearest(time_s)), local.attitude_s)};
+        Pose unused;
+        return {std::max(std::abs(time_s - known_position(time_s, unused.position_m)), local.position_s),
+                std::max(std::abs(time_s - known_orientation(time_s, unused.orientation)), local.attitude_s)};
     }
     [[nodiscard]] std::vector<double> times_s() const override {
         std::vector<double> times = local_->times_s();
@@ -148,11 +149,37 @@ public:
     }
 
 private:
+    /// The covered time nearest to `time_s`; where the kernels hold values that are no poses, the last one
+    /// before it that `knows` finds one at, by doubled steps back in time; none within reach: 0.
+    template<typename Knows>
+    static double last_known(const CoveredTimes& covered, double time_s, const Knows& knows) noexcept {
+        constexpr double first_step_s = 1e-3;
+        constexpr int steps = 40; // longer than any kernel
+        const double nearest_s = covered.nearest(time_s);
+        if (knows(nearest_s)) return nearest_s;
+        double step_s = first_step_s;
+        for (int i = 0; i < steps; ++i, step_s *= 2)
+            if (const double at_s = covered.nearest(nearest_s - step_s); knows(at_s)) return at_s;
+        return 0;
+    }
+    double known_position(double time_s, Vec3& position_m) const noexcept {
+        position_m = first_.position_m;
+        return last_known(placed_, time_s,
+                          [&](double t) { return scene_->position(body_, t, position_m) == Evaluation::ok; });
+    }
+    double known_orientation(double time_s, Quat& q) const noexcept {
+        q = first_.orientation;
+        return last_known(oriented_, time_s, [&](double t) {
+            Quat found;
+            if (model_->orientation(scene_->tdb(t), found) != Evaluation::ok) return false;
+            q = found;
+            return true;
+        });
+    }
     [[nodiscard]] Quat orientation(double time_s) const noexcept {
         Quat q;
-        return model_->orientation(scene_->tdb(oriented_.nearest(time_s)), q) == Evaluation::ok
-                   ? q
-                   : first_.orientation; // a kernel holds values that are no numbers
+        known_orientation(time_s, q);
+        return q;
     }
 
     std::shared_ptr<const KernelFrame> scene_;

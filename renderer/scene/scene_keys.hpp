@@ -3,12 +3,13 @@
 #pragma once
 
 #include "config/keys.hpp"
+#include "core/pose_range.hpp"
 #include "renderer/scene/scene.hpp"
 
 namespace obscura::scene {
 
-/// Range of coordinates in metres: 1e15 m is far beyond any planet and well within a double.
-constexpr config::Range anywhere{-1e15, 1e15};
+/// Range of coordinates in metres.
+constexpr config::Range anywhere{-max_position_m, max_position_m};
 
 /// Ranges of longitudes and latitudes in degrees.
 constexpr config::Range longitudes_deg{-360, 360}, latitudes_deg{-90, 90};

@@ -3,6 +3,7 @@
 
 #include "config/csv.hpp"
 #include "core/error.hpp"
+#include "core/pose_range.hpp"
 #include "core/units.hpp"
 #include "renderer/scene/scene_keys.hpp"
 
@@ -30,7 +31,7 @@ void check_range(const config::CsvRow& row, std::size_t column, std::string_view
 
 /// The quaternion as a unit quaternion; `column` is that of qw.
 Quat checked(const config::CsvRow& row, std::size_t column, Quat q) {
-    if (!(std::abs(norm(q) - 1) <= 1e-3))
+    if (refusal_of_attitude(q))
         row.fail(column, "qw", fmt::format("|q| = {:.6g}, a unit quaternion is wanted", norm(q)));
     return normalized(q);
 }

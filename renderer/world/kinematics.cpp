@@ -160,8 +160,9 @@ Vec3 target_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, con
     return from_m + apparent_body(scene, bodies, body, from_m, time_s).towards(from_m, aim.point_m);
 }
 
-/// As look_along(), with another direction for `up` where the two are parallel: see scene::Aim.
-Quat look_along_any(Vec3 direction, Vec3 up) {
+/// As look_along(), with another direction for `up` where the two are parallel: see scene::Aim. `direction`
+/// is not zero, and its square a number. Real-time safe.
+Quat look_along_any(Vec3 direction, Vec3 up) noexcept {
     const auto fits = [&](Vec3 v) {
         return length(cross(direction, v)) > 1e-6 * length(direction) * length(v);
     };
@@ -172,7 +173,7 @@ Quat look_along_any(Vec3 direction, Vec3 up) {
 /// Orientation of which the z axis has the inertial `direction`; `otherwise`, the attitude without the aim,
 /// if that is zero.
 Quat aimed(const scene::Aim& aim, const Pose& frame, Vec3 direction, Quat otherwise) {
-    if (!(length(direction) > 0)) return otherwise;
+    if (!(length(direction) > 0) || !std::isfinite(length(direction))) return otherwise;
     const Quat axes = aim.own_axes ? otherwise : frame.orientation;
     return axes * look_along_any(rotate(conjugate(axes), direction), aim.up);
 }

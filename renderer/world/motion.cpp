@@ -2,6 +2,7 @@
 #include "renderer/world/motion.hpp"
 
 #include "core/error.hpp"
+#include "core/pose_range.hpp"
 
 #include <fmt/format.h>
 
@@ -54,8 +55,10 @@ void validate(const scene::Motion& motion, const std::string& place) {
     for (std::size_t i = 0; i < motion.samples.size(); ++i) {
         const scene::TimedPose& s = motion.samples[i];
         const double q = norm(s.pose.orientation);
-        if (!std::isfinite(s.time_s) || !is_finite(s.pose.position_m) || !std::isfinite(q))
+        if (!std::isfinite(s.time_s) || !std::isfinite(q))
             throw ConfigError(fmt::format("{}: pose {} is not finite", place, i + 1));
+        if (const auto why = refusal_of_position(s.pose.position_m))
+            throw ConfigError(fmt::format("{}: pose {}: {}", place, i + 1, *why));
         if (!(q > 1e-6))
             throw ConfigError(
                 fmt::format("{}: orientation of pose {} is zero: a unit quaternion is wanted", place, i + 1));
@@ -64,13 +67,13 @@ void validate(const scene::Motion& motion, const std::string& place) {
                 fmt::format("{}: time of pose {} is not later than that of pose {}", place, i + 1, i));
     }
     if (motion.aim &&
-        !(is_finite(motion.aim->point_m) && is_finite(motion.aim->up) && length(motion.aim->up) > 0))
+        !(is_in_range(motion.aim->point_m) && is_finite(motion.aim->up) && length(motion.aim->up) > 0))
         throw ConfigError(
-            fmt::format("{}: the aim needs a finite point and an \"up\" that is not zero", place));
-    if (!std::isfinite(motion.spin_rate_rad_s) || !is_finite(motion.spin_axis) ||
-        (motion.spin_rate_rad_s != 0 && !(length(motion.spin_axis) > 0)))
-        throw ConfigError(
-            fmt::format("{}: the spin needs a finite rate and an axis that is not zero", place));
+            fmt::format("{}: the aim needs a point within 1e15 m and an \"up\" that is not zero", place));
+    if (const auto why = refusal_of_rate({motion.spin_rate_rad_s, 0, 0}))
+        throw ConfigError(fmt::format("{}: the spin: {}", place, *why));
+    if (!is_finite(motion.spin_axis) || (motion.spin_rate_rad_s != 0 && !(length(motion.spin_axis) > 0)))
+        throw ConfigError(fmt::format("{}: the spin needs an axis that is not zero", place));
 }
 
 } // namespace obscura::renderer

@@ -186,6 +186,8 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
              {"pixel_format", fmt::format("{:#010x}", c.pixel_format)},
              {"late", (c.flags & frame_late) != 0},
              {"stalled", (c.flags & frame_stalled) != 0},
+             {"failed", (c.flags & frame_failed) != 0},
+             {"pose_held", (c.flags & frame_pose_held) != 0},
              {"repeated", (c.flags & frame_repeated) != 0},
              {"partial", (c.flags & frame_partial) != 0},
              {"flags", c.flags},

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that make one object of several mesh files, and that save a mesh.
+#include "core/pose_range.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/merged_mesh.hpp"
 #include "serve/compatible/objects.hpp"
@@ -18,7 +19,7 @@ namespace obscura::serve::compatible {
 namespace {
 
 constexpr std::size_t max_triangles = 20'000'000;
-constexpr double max_mesh_distance_m = 1e15;
+constexpr double max_mesh_distance_m = max_position_m;
 
 /// Vectors of `count` finite numbers; a single one stands for a list of one.
 std::vector<std::vector<double>> rows_of(Request& r, std::string_view argument, std::size_t count) {

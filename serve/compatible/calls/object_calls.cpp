@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that create objects, place them and ask for them.
+#include "core/pose_range.hpp"
 #include "core/text/printable.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/objects.hpp"
@@ -17,8 +18,6 @@ namespace obscura::serve::compatible {
 namespace {
 
 using service::compatible::Fields;
-
-constexpr double farthest_m = 1e15;
 
 Object& named(Request& r, std::string_view argument = "object_name") {
     return r.client_state.object(r.arguments.text(argument), r.command.name);
@@ -145,8 +144,8 @@ void set_transform(Request& r) {
                 throw refused("turns with a scale, or a shear");
             turn.m[i][j] = m[i][j];
         }
-        if (!(std::abs(m[i][3]) <= farthest_m)) throw refused("moves too far");
     }
+    if (refusal_of_position({m[0][3], m[1][3], m[2][3]})) throw refused("moves too far");
     const Vec3 x{m[0][0], m[1][0], m[2][0]}, y{m[0][1], m[1][1], m[2][1]}, z{m[0][2], m[1][2], m[2][2]};
     if (dot(cross(x, y), z) < 0) throw refused("is a reflection");
     if (m[3] != std::vector<double>{0, 0, 0, 1}) throw refused("has a last row other than 0, 0, 0, 1");
@@ -161,10 +160,8 @@ void set_motion(Request& r) {
     if (pair == nullptr || pair->size() != 2 || !to_numbers((*pair)[0], velocity) ||
         !to_numbers((*pair)[1], rate) || velocity.size() != 3 || rate.size() != 3)
         throw r.arguments.refused("motion", "is no pair of vectors", "[velocity, rotation rate]");
-    const auto moderate = [](double v) { return std::abs(v) <= 3e8; };
-    if (!std::all_of(velocity.begin(), velocity.end(), moderate) ||
-        !std::all_of(rate.begin(), rate.end(), moderate))
-        throw r.arguments.refused("motion", "is too fast, or not finite", "up to 3e8");
+    if (refusal_of_velocity(vec3_of(velocity)) || refusal_of_rate(vec3_of(rate)))
+        throw r.arguments.refused("motion", "is too fast, or not finite", "up to 1e9 m/s and 1e4 rad/s");
     object.placement.velocity_m_s = vec3_of(velocity);
     object.placement.rate_rad_s = vec3_of(rate);
 }
@@ -212,7 +209,7 @@ void add_object_calls(Handlers& handlers) {
     };
     handlers["setObjectPosition"] = [](Request& r) {
         const std::vector<double> to = r.arguments.vector("pos", 3);
-        if (!std::all_of(to.begin(), to.end(), [](double v) { return std::abs(v) <= farthest_m; }))
+        if (refusal_of_position(vec3_of(to)))
             throw r.arguments.refused("pos", "is too far away", "-1e15 to 1e15 m");
         named(r).placement.position_m = vec3_of(to);
     };

@@ -39,7 +39,8 @@ enum class RendersOn { calling_thread, own_thread, own_thread_live };
 /// Renderer, detector and maker for `sensor`.
 struct MakerBench {
     explicit MakerBench(const SensorDescription& description = small_sensor(), std::int32_t band_rows = 8,
-                        RendersOn renders = RendersOn::calling_thread, const Clock* other_clock = nullptr)
+                        RendersOn renders = RendersOn::calling_thread, const Clock* other_clock = nullptr,
+                        bool real_time = false, bool adapts = false)
         : sensor(description),
           renderer(scene, {}),
           detector(sensor, std::array{SpectralBand{}}, 0.025, 7),
@@ -47,6 +48,8 @@ struct MakerBench {
                 {.band_rows = band_rows,
                  .seed = 7,
                  .live_poses = renders == RendersOn::own_thread_live,
+                 .adapts = adapts,
+                 .real_time = real_time,
                  .enter_render =
                      renders == RendersOn::calling_thread ? nullptr : std::function<void()>([] {})}),
           pool(6, static_cast<std::size_t>(sensor.readout.width * sensor.readout.height),

@@ -136,6 +136,7 @@ void Renderer::fill_lamps(Time /*t*/, std::span<Pose> lamps) const noexcept {
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     truth.mid_exposure = t;
     truth.camera.position_m = {to_seconds(t.ns), test::live_px.load(), 0};
+    truth.camera_pose_age_s = test::pose_age_s.load();
 }
 void Renderer::list_truth(const TruthRequest& /*request*/, SceneTruth& /*truth*/) const {}
 std::uint64_t Renderer::rays_traced() const noexcept {

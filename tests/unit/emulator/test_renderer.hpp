@@ -37,6 +37,9 @@ inline constexpr double motion_px_per_s = 10;
 /// Where the scene's live poses are now: an image of another place is so many pixels off.
 inline std::atomic<double> live_px{0};
 
+/// Age of the camera's pose.
+inline std::atomic<double> pose_age_s{0};
+
 /// The same of the light of its lamps, if it has any.
 inline std::atomic<double> lamp_px{0};
 

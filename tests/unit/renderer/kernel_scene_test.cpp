@@ -452,4 +452,43 @@ TEST_CASE("The camera sees planets where python3-skyfield has them, to a milliar
     }
 }
 
+TEST_CASE("where a kernel holds no position the last one before it is shown, and its age is told") {
+    const KernelScene files;
+    // Uniform motion of 1 km/s in records of 100 s; that from 300 to 400 s is damaged, by a value that is no
+    // number, or beyond any position.
+    for (const double damage : {std::numeric_limits<double>::quiet_NaN(), 1e200}) {
+        CAPTURE(damage);
+        std::vector<double> words;
+        for (int record = -1; record < 5; ++record) {
+            const double middle = 100 * record + 50;
+            words.insert(words.end(), {middle, 50, record == 3 ? damage : middle, 50, 20000, 0, 0, 0});
+        }
+        words.insert(words.end(), {-100, 100, 8, 6});
+        files.write("craft.bsp", test::daf_bytes("SPK",
+                                                 {{"DAMAGED", {-100, 500}, {-901, 599, 1, 2}, words},
+                                                  uniform(10, 0, -1e5, 1e5, {-7e5, 5e5, 2e5}, {0, 0, 0}),
+                                                  uniform(599, 0, -1e5, 1e5, {-3e8, 0, 0}, {0, 0, 0})},
+                                                 false));
+        files.write("craft.tm", "KPL/MK\n\\begindata\nKERNELS_TO_LOAD = ( 'rotations.tpc' 'craft.bsp' )\n");
+        files.write("s.toml",
+                    "epoch = \"2000-01-01T12:00:00 TDB\"\nkernels = \"craft.tm\"\ncentre = \"JUPITER\"\n"
+                    "[[body]]\nname = \"craft\"\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.1\n"
+                    "ephemeris = \"-901\"\nephemeris_frame = \"J2000\"\n");
+        const scene::Scene scene = scene::load_scene(files.path() / "s.toml");
+        const scene::PosePath& path = *scene.bodies.at(0).motion.path;
+        CHECK(std::abs(path.at(150).position_m.x - 150e3) < 1e-3);
+        CHECK(path.ages(150).position_s == 0);
+        for (const double t : {310.0, 350.0, 399.0}) {
+            const double age_s = path.ages(t).position_s;
+            CHECK(age_s >= t - 300);
+            CHECK(age_s <= 2 * (t - 300)); // doubled steps
+            CHECK(std::abs(path.at(t).position_m.x - 1000 * (t - age_s)) < 1e-3);
+            CHECK(path.velocity_m_s(t) == Vec3{});
+        }
+        CHECK(path.ages(450).position_s == 0);
+        CHECK(std::abs(path.at(600).position_m.x - 500e3) < 1);
+        CHECK(std::abs(path.ages(600).position_s - 100) < 1e-3);
+    }
+}
+
 } // namespace kernel_scene_test
