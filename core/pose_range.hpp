@@ -30,7 +30,7 @@ inline constexpr double max_quaternion_error = 1e-3;
 [[nodiscard]] std::optional<std::string> refusal_of_attitude(Quat orientation);
 [[nodiscard]] std::optional<std::string> refusal_of_velocity(Vec3 velocity_m_s);
 [[nodiscard]] std::optional<std::string> refusal_of_rate(Vec3 rate_rad_s);
-/// Of the position, else of the attitude.
+/// That of the position, else that of the attitude.
 [[nodiscard]] std::optional<std::string> refusal_of(const Pose& pose);
 
 } // namespace obscura

@@ -12,6 +12,8 @@
 #include "emulator/control/call_server.hpp"
 #include "emulator/control/configuration_call.hpp"
 #include "emulator/daemon/daemon.hpp"
+#include "emulator/daemon/start_progress.hpp"
+#include "emulator/daemon/start_watch.hpp"
 #include "emulator/monitor/monitor.hpp"
 #include "emulator/version.hpp"
 #include "host/service_notify.hpp"
@@ -27,6 +29,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -64,27 +67,27 @@ bool stop_is_pending() {
     return sigismember(&pending, SIGTERM) == 1 || sigismember(&pending, SIGINT) == 1;
 }
 
-/// Makes the tiles of terrains that the first frames need. False: the daemon is to stop.
-bool load_tiles(emulator::Daemon& daemon) {
-    bool told = false;
+/// Makes what the first frames need. False: the daemon is to stop.
+bool load_tiles(emulator::Daemon& daemon, emulator::StartProgress& progress) {
     const MonotonicClock clock;
     constexpr std::int64_t between_ns = 5 * ns_per_s;
     Time next = clock.now() + ns_per_s;
-    const bool made = daemon.load_tiles([&](double share) {
-        if (const Time now = clock.now(); now >= next) {
-            const int percent = static_cast<int>(100 * share);
-            log_info("tiles: {} % of those for the first frame", percent);
-            host::notify_service_manager(fmt::format("STATUS=making tiles, {} %\n"
-                                                     "WATCHDOG=1\n"
-                                                     "EXTEND_TIMEOUT_USEC={}",
-                                                     percent, 4 * between_ns / ns_per_us));
+    bool advised = false;
+    return daemon.load_tiles([&](const char* step, double share) {
+        const Time now = clock.now();
+        progress.note(step, share, now);
+        if (now >= next) {
+            const emulator::StartProgress::Report report = progress.report();
+            log_info("starting: {}", report.words());
             next = now + between_ns;
-            told = true;
+            constexpr double long_s = 60;
+            if (report.left_s.value_or(0) > long_s && !std::exchange(advised, true))
+                log_warning(
+                    "starting takes {:.0f} s more: less with cell_px 1 or more, sun_visibility \"traced\" or a larger detail.crater_least_m of the scene's bodies",
+                    *report.left_s);
         }
         return !stop_is_pending();
     });
-    if (told) host::notify_service_manager("STATUS=");
-    return made;
 }
 
 // Takes on another configuration as a whole; the old one stays in use if the new one is not valid or not
@@ -241,18 +244,27 @@ int run(const Options& options) {
         return exit_ok;
     }
     log_info("obscurad {} starting with {}", emulator::version, config.source.string());
+    emulator::StartProgress progress;
+    emulator::CallServer calls(config, progress, emulator::version);
+    calls.open();
+    std::optional<emulator::StartWatch> watch(std::in_place, progress, stop_is_pending);
+    progress.note("scene", std::nullopt, MonotonicClock().now());
     emulator::Daemon daemon(config);
     for (std::size_t i = 0; !options.timing_file.empty() && i < daemon.camera_count(); ++i)
         daemon.write_timing_to(options.timing_file + (i == 0 ? "" : fmt::format(".{}", i)), i);
-    if (config.daemon.drop_capabilities) give_up_capabilities(daemon.threads());
-    if (!load_tiles(daemon)) {
+    if (config.daemon.drop_capabilities) calls.pause_for([&] { give_up_capabilities(daemon.threads()); });
+    if (!load_tiles(daemon, progress)) {
         log_notice("stopped while tiles were made");
         return exit_ok;
     }
+    progress.note("cameras", std::nullopt, MonotonicClock().now());
     daemon.start();
     emulator::Monitor monitor(daemon, emulator::version);
-    emulator::CallServer calls(daemon, monitor, emulator::version);
-    calls.start();
+    calls.start(daemon, monitor);
+    // Calls end before what they reach, whatever happens.
+    const std::unique_ptr<emulator::CallServer, void (*)(emulator::CallServer*)> ends(
+        &calls, [](emulator::CallServer* server) { server->stop(); });
+    watch.reset();
     const std::string ready = fmt::format("ready {}\n", daemon.address());
     std::fputs(ready.c_str(), stdout);
     std::fflush(stdout);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/call_server.hpp"
 
+#include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/realtime/log.hpp"
 #include "core/realtime/realtime.hpp"
@@ -12,6 +13,7 @@
 
 #include <fmt/format.h>
 #include <grp.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <exception>
@@ -103,33 +105,21 @@ std::optional<gid_t> group_of(const std::string& name) {
 
 } // namespace
 
-CallServer::CallServer(Daemon& daemon, Monitor& monitor, const std::string& version)
-    : daemon_(daemon),
-      monitor_(monitor),
-      host_(version, cameras_of(daemon), scenes_of(daemon.config()), ordinary_cores(daemon.threads()),
-            {[&monitor] { return monitor.state(); },
-             [&daemon] { return std::filesystem::path(daemon.config().scene_file); },
-             [&daemon] { return describe_configuration(daemon.config()); },
-             [&daemon](std::size_t camera, const FrameInfo& frame) {
-                 return daemon.unit(camera).probe_source(frame);
-             },
-             [&daemon](std::size_t camera) {
-                 const CameraUnit& unit = daemon.unit(camera);
-                 return scene_tree({*daemon.config().cameras().at(camera), unit.scene(), unit.pose_rings(),
-                                    unit.simulator_counters()});
-             },
-             [&daemon](std::size_t camera) {
-                 std::string controller = daemon.unit(camera).controller();
-                 daemon.unit(camera).release_control();
-                 return controller;
-             }}) {}
+CallServer::CallServer(const DaemonConfig& config, const StartProgress& progress, const std::string& version)
+    : config_(config),
+      progress_(progress),
+      version_(version),
+      started_(MonotonicClock().now()),
+      started_utc_ns_(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                          std::chrono::system_clock::now().time_since_epoch())
+                          .count()) {}
 
 CallServer::~CallServer() {
     stop();
 }
 
-void CallServer::start() {
-    const ControlSection& section = daemon_.config().control;
+void CallServer::open() {
+    const ControlSection& section = config_.control;
     std::vector<service::Listener> listeners;
     service::Tokens tokens;
     if (!section.token_file.empty())
@@ -139,36 +129,92 @@ void CallServer::start() {
         add_automatic_socket(listeners);
     else if (!section.unix_socket.empty())
         listeners.push_back(service::Listener::unix_socket(section.unix_socket));
-    std::optional<service::Listener> watched = monitor_socket(daemon_.config().monitor.socket);
+    std::optional<service::Listener> watched = monitor_socket(config_.monitor.socket);
     for (const service::Listener& listener : listeners) {
         addresses_.push_back(listener.address());
         log_info("calls: {}", listener.address());
     }
-    // The Unix socket, if there is one, tells who calls.
-    if (!addresses_.empty()) monitor_.set_control(addresses_.back());
     if (listeners.empty() && !watched) return;
     service::Limits limits;
     limits.clients = static_cast<std::size_t>(section.clients);
     limits.stack_bytes = stack_bytes;
-    server_ = std::make_unique<service::Server>(limits, host_, std::move(listeners), std::move(tokens),
+    starting_ = std::make_unique<StartingHost>(
+        version_, progress_,
+        nlohmann::json{{"version", version_},
+                       {"pid", ::getpid()},
+                       {"config", config_.source.string()},
+                       // The Unix socket, if there is one, tells who calls.
+                       {"control", addresses_.empty() ? std::string() : addresses_.back()},
+                       {"started_utc_ns", std::to_string(started_utc_ns_)}});
+    server_ = std::make_unique<service::Server>(limits, *starting_, std::move(listeners), std::move(tokens),
                                                 group_of(section.admin_group));
     if (watched) server_->add_for(service::Permission::view, std::move(*watched), watchers);
     stopping_ = false;
-    thread_ = std::thread([this, cores = ordinary_cores(daemon_.threads())] {
+    thread_ = std::thread([this] {
+        const std::unique_lock running(pausing_);
         // Threads of clients inherit all of it.
-        enter_client_thread("calls", cores);
+        enter_client_thread("calls", {});
         try {
-            server_->run([this] { return stopping_.load(); });
+            server_->run([this] { return stopped(); });
         } catch (const std::exception& error) {
             log_error("calls: server stopped: {}", error.what());
         }
     });
 }
 
+/// On the server's thread, several times a second.
+bool CallServer::stopped() {
+    if (pause_.load()) {
+        pausing_.unlock();
+        while (pause_.load() && !stopping_.load())
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        pausing_.lock();
+    }
+    if (const std::optional<CoreSet> cores = std::exchange(cores_, std::nullopt))
+        enter_client_thread("calls", *cores);
+    return stopping_.load();
+}
+
+void CallServer::pause_for(const std::function<void()>& work) {
+    if (!thread_.joinable()) return work();
+    pause_ = true;
+    {
+        const std::lock_guard paused(pausing_);
+        work();
+    }
+    pause_ = false;
+}
+
+void CallServer::start(Daemon& daemon, Monitor& monitor) {
+    host_ = std::make_unique<ControlHost>(
+        version_, cameras_of(daemon), scenes_of(daemon.config()), ordinary_cores(daemon.threads()),
+        ControlHost::Sources{[&monitor] { return monitor.state(); },
+                             [&daemon] { return std::filesystem::path(daemon.config().scene_file); },
+                             [&daemon] { return describe_configuration(daemon.config()); },
+                             [&daemon](std::size_t camera, const FrameInfo& frame) {
+                                 return daemon.unit(camera).probe_source(frame);
+                             },
+                             [&daemon](std::size_t camera) {
+                                 const CameraUnit& unit = daemon.unit(camera);
+                                 return scene_tree({*daemon.config().cameras().at(camera), unit.scene(),
+                                                    unit.pose_rings(), unit.simulator_counters()});
+                             },
+                             [&daemon](std::size_t camera) {
+                                 std::string controller = daemon.unit(camera).controller();
+                                 daemon.unit(camera).release_control();
+                                 return controller;
+                             }});
+    monitor.set_started(started_, started_utc_ns_);
+    if (!addresses_.empty()) monitor.set_control(addresses_.back());
+    if (!starting_) return;
+    pause_for([&] { cores_ = ordinary_cores(daemon.threads()); });
+    starting_->hand_over(*host_);
+}
+
 void CallServer::stop() {
     if (!thread_.joinable()) return;
     stopping_ = true;
-    host_.close(); // calls that wait for the main thread end
+    if (host_) host_->close(); // calls that wait for the main thread end
     thread_.join();
     server_.reset();
 }

@@ -105,11 +105,12 @@ Daemon::~Daemon() {
     stop();
 }
 
-bool Daemon::load_tiles(const std::function<bool(double)>& go_on) {
+bool Daemon::load_tiles(const GoOn& go_on) {
     const auto count = static_cast<double>(units_.size());
     for (std::size_t i = 0; i < units_.size(); ++i)
-        if (!units_[i]->load_tiles(
-                [&](double share) { return go_on((static_cast<double>(i) + share) / count); }))
+        if (!units_[i]->load_tiles([&](const char* step, double share) {
+                return go_on(step, (static_cast<double>(i) + share) / count);
+            }))
             return false;
     return true;
 }

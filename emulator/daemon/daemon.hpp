@@ -42,7 +42,7 @@ public:
     /// Makes the tiles of terrains that the first frames need, on threads of ordinary priority; before
     /// start(). `go_on` is called several times a second with the share that is done; false ends it. Returns
     /// whether it is done. Throws Error.
-    bool load_tiles(const std::function<bool(double)>& go_on);
+    bool load_tiles(const GoOn& go_on);
     /// Opens ports and files and starts to serve. Throws Error; nothing is left running then.
     void start();
     /// Stops in reverse order of start(), within 1 s.

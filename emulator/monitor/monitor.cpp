@@ -93,13 +93,14 @@ config::Keys EventRange::keys() {
 }
 
 std::vector<service::Result> state_results() {
-    return {{"daemon", "map", "",
-             "Version, process, configuration, time since the start, memory, lines of the log"},
-            {"ptp", "map", "", "With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock"},
-            {"heartbeats", "array of maps", "", "Supervised threads: name, age_s, silent"},
-            {"threads", "array of maps", "", "Scheduling, cores and processor time of each thread"},
-            {"cameras", "array of maps", "",
-             "State, verdict, counters and latencies of each camera, see docs/control.md"}};
+    return {
+        {"daemon", "map", "",
+         "Version, process, configuration, time since the start, memory, lines of the log; starting, while the daemon starts: text, step, share and left_s"},
+        {"ptp", "map", "", "With [ptp]: lock, offset_ns and path_delay_ns of the machine's clock"},
+        {"heartbeats", "array of maps", "", "Supervised threads: name, age_s, silent"},
+        {"threads", "array of maps", "", "Scheduling, cores and processor time of each thread"},
+        {"cameras", "array of maps", "",
+         "State, verdict, counters and latencies of each camera, see docs/control.md"}};
 }
 
 std::vector<service::Result> events_results() {

@@ -41,6 +41,11 @@ public:
 
     /// Path or address where programs call the daemon, for the answer to "state".
     void set_control(std::string address) { control_ = std::move(address); }
+    /// When the program began to start, on the scheduling clock and in ns since 1970 UTC.
+    void set_started(Time started, std::int64_t utc_ns) {
+        started_ = started;
+        started_utc_ns_ = utc_ns;
+    }
     /// Takes a snapshot of the counters each second.
     void tick();
 
@@ -59,10 +64,10 @@ private:
 
     Daemon& daemon_;
     const std::string version_;
-    const Time started_;
-    const std::int64_t started_utc_ns_; ///< tells this run from others of the same number
-    std::string control_;               ///< empty: nowhere
-    std::vector<RecentFrames> recent_;  ///< of each camera
+    Time started_;
+    std::int64_t started_utc_ns_;      ///< tells this run from others of the same number
+    std::string control_;              ///< empty: nowhere
+    std::vector<RecentFrames> recent_; ///< of each camera
     BeatTimes beats_;
     std::vector<std::string> advice_; ///< see isolation_advice(); of the first tick()
     bool advised_ = false;

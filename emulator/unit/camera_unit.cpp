@@ -120,15 +120,15 @@ CameraUnit::~CameraUnit() {
     transports_.clear();
 }
 
-bool CameraUnit::load_tiles(const std::function<bool(double)>& go_on) {
+bool CameraUnit::load_tiles(const GoOn& go_on) {
     const renderer::Renderer& renderer = *imaging_->renderer;
     const std::uint64_t before = renderer.tiles_made();
     const Time began = imaging_->clock.now();
-    if (!imaging_->load_tiles(renderer, go_on)) return false;
+    if (!imaging_->load_tiles(renderer, [&](double share) { return go_on("tiles", share); })) return false;
     if (const std::uint64_t made = renderer.tiles_made() - before; made > 0)
         log_info("tiles: {} made for the first frame in {:.1f} s", made,
                  to_seconds(imaging_->clock.now() - began));
-    return imaging_->measure_speed(go_on);
+    return imaging_->measure_speed([&](double share) { return go_on("first frame", share); });
 }
 
 void CameraUnit::start() {

@@ -42,6 +42,10 @@ struct UndeliveredFrames {
     std::string by{}; ///< kinds of those transports, "file, stimulator"
 };
 
+/// Asked several times a second while the start takes time, with the step and the share of it that is done;
+/// false ends it.
+using GoOn = std::function<bool(const char* step, double share)>;
+
 /// Owns the parts of one camera. Trigger sources outside of it reach it through camera(). Thread-bound to the
 /// main thread.
 class CameraUnit {
@@ -57,7 +61,7 @@ public:
     /// Makes the tiles of terrains that the first frame needs and measures how fast it is rendered, before
     /// start(). `go_on` is called several
     /// times a second with the share that is done; false ends it. Returns whether it is done. Throws Error.
-    bool load_tiles(const std::function<bool(double)>& go_on);
+    bool load_tiles(const GoOn& go_on);
     /// Starts the transports. Throws Error; stop() then stops those that have started.
     void start();
     /// Starts the acquisition if no client can control it; or if that is configured, while none does.

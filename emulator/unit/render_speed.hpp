@@ -12,8 +12,8 @@
 namespace obscura::emulator {
 
 /// Elapsed time that a frame takes at full quality, ns; extrapolated from its first parts where it takes more
-/// than a few seconds. `frame` requests all rows. `go_on` is called between parts with the share that is
-/// done; none: it returned false.
+/// than a few seconds. `frame` requests all rows. `go_on` is called several times a second with the
+/// share that is done; none: it returned false.
 [[nodiscard]] std::optional<std::int64_t> frame_time_ns(const renderer::Renderer& renderer,
                                                         const renderer::RenderRequest& frame,
                                                         const Clock& clock,

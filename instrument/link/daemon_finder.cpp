@@ -29,6 +29,8 @@ std::string find_calls(const std::string& socket) {
         const nlohmann::ordered_json state =
             host::connect_to_daemon("obscura-instrument", socket).call("state").head;
         const auto& daemon = state.at("daemon");
+        if (daemon.contains("starting"))
+            throw not_found("the daemon is " + daemon["starting"].at("text").get<std::string>());
         if (auto address = daemon.at("control").get<std::string>(); !address.empty()) return address;
         throw not_found(fmt::format("the daemon takes no calls: set control.unix_socket in {}",
                                     daemon.at("config").get<std::string>()));

@@ -123,6 +123,9 @@ DaemonState DaemonLink::state() {
     DaemonState state;
     // In containers each run may have the same number.
     const ValueView daemon = answer.map()["daemon"];
+    // It has no cameras yet: as one that is not there.
+    if (const ValueView starting = daemon["starting"]; !starting.is_nil())
+        throw LinkError("connection-lost", "", "the daemon is " + starting["text"].string());
     state.run = std::to_string(daemon["pid"].as<std::int64_t>(0)) + ' ' + daemon["started_utc_ns"].string();
     state.version = answer.map()["daemon"]["version"].string();
     const ValueView cameras = answer.map()["cameras"];

@@ -113,7 +113,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-page-") as temporary, browser.B
 
     def state():
         answer = subprocess.run([obscura, "status", "--json", "--socket", path], capture_output=True, text=True)
-        return json.loads(answer.stdout)["cameras"][0] if answer.stdout else None
+        cameras = json.loads(answer.stdout)["cameras"] if answer.stdout else []
+        return cameras[0] if cameras else None
 
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end and not ((told := state()) and told["camera"]["complete"] > 20):

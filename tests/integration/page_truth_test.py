@@ -243,7 +243,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-page-") as temporary, browser.B
     daemon = small.start("--timing", folder / "run.csv")
     server = Web(web, "--role", "operator", "--socket", small.socket)
     api, camera = Api(server.link), f"{daemon.pid}-0"
-    until(lambda: api.json("state")["daemons"], bool)
+    until(lambda: [one for told in api.json("state")["daemons"] for one in told["cameras"]], bool)
     window.open(server.link)
     frames(window, api, camera, folder, address)
 

@@ -55,7 +55,7 @@ def connect():
 
 
 def complete():
-    return state()["cameras"][0]["camera"]["complete"]
+    return sum(camera["camera"]["complete"] for camera in state()["cameras"])  # none while the daemon starts
 
 
 with tempfile.TemporaryDirectory(prefix="obscura-status-") as temporary:

@@ -149,7 +149,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-api-") as temporary:
     def found():
         global state
         state = json.loads(server.ask("/api/v1/state", token=tokens["viewer"]).text)
-        return bool(state["daemons"]) and state["daemons"][0]["cameras"][0]["camera"]["complete"] > 0
+        cameras = [camera for daemon in state["daemons"] for camera in daemon["cameras"]]  # none while the daemon starts
+        return bool(cameras) and cameras[0]["camera"]["complete"] > 0
 
     check("the camera is found", wait_for(found), state)
     ID = state["daemons"][0]["cameras"][0]["id"]

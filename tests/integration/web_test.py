@@ -99,7 +99,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-web-") as temporary:
     def complete():
         global state
         state = json.loads(one.ask("/api/v1/state").text)
-        return state["daemons"] and state["daemons"][0]["cameras"][0]["camera"]["complete"] or 0
+        cameras = [camera for daemon in state["daemons"] for camera in daemon["cameras"]]  # none while the daemon starts
+        return cameras[0]["camera"]["complete"] if cameras else 0
 
     check("it finds the daemon and its frames", wait_for(lambda: complete() > 3), state)
     # Its status is 1 where a busy machine made a frame late.

@@ -66,6 +66,10 @@ bool is_bad(const Json& camera) {
     return text_at(camera, "/verdict/health") == "bad";
 }
 
+bool is_starting(const Json& state) {
+    return state.contains(Json::json_pointer("/daemon/starting"));
+}
+
 /// What begins a frame: the kind of Line0's source, or the other trigger that is chosen.
 std::string trigger_of(const Json& camera) {
     if (at(camera, "/frame_trigger").is_null()) return text_at(camera, "/clock/source");
@@ -124,6 +128,7 @@ std::string status_text(const Json& state) {
                         ? fmt::format("{:.0f}", at(state, "/daemon/resident_mib").get<double>())
                         : "-",
                     text_at(state, "/daemon/config"));
+    if (is_starting(state)) text += fmt::format("  {}\n", text_at(state, "/daemon/starting/text"));
     std::size_t number = 0;
     for (const Json& camera : at(state, "/cameras"))
         text += camera_text(camera, number++);
@@ -131,6 +136,7 @@ std::string status_text(const Json& state) {
 }
 
 bool none_bad(const Json& state) {
+    if (is_starting(state)) return false;
     for (const Json& camera : at(state, "/cameras"))
         if (is_bad(camera)) return false;
     return true;

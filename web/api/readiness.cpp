@@ -60,6 +60,8 @@ Readiness readiness_of(const Sighting& sighting) {
         checks.add(path, false, why);
     for (const Json& state : sighting.states) {
         const auto daemon = state.at("daemon").at("config").get<std::string>();
+        if (const std::string starting = text_at(state, "/daemon/starting/text"); !starting.empty())
+            checks.add(daemon, false, starting);
         checks.add_threads(daemon, state);
         for (std::size_t k = 0; k < state.at("cameras").size(); ++k)
             checks.add_camera(fmt::format("{} camera {}", daemon, k), state["cameras"][k]);

@@ -105,14 +105,16 @@ function App() {
   }, []);
   const age = state.value?.age_s, cameraSeen = useRef(false);
   if (cameras.length) cameraSeen.current = true;
+  const starting = (state.value?.daemons ?? []).map((daemon) => daemon.daemon.starting?.text).find(Boolean);
   const trouble = state.error ? state.error.message
+    : starting && !cameras.length ? starting
     : state.value && !cameras.length ? (cameraSeen.current ? "The camera has gone: obscurad does not answer any more." : "No camera: obscurad does not answer.")
     : age > STALE_S ? `The cameras have not answered for ${Math.round(age)} s.` : "";
   return html`<${Bar} camera=${camera} cameras=${cameras} choose=${setChosen} role=${me.value?.role} may=${may} faults=${faults} trouble=${trouble} trigger=${trigger} />
     <nav aria-label="Screens">${SCREENS.map(([key, title], k) => html`<a key=${key} href=${`#${key}`} aria-current=${key === name ? "page" : undefined} title=${`key ${k + 1}`}>${title}</a>`)}
       <span class=${`nav-said small${trigger.bad ? " trouble" : ""}`} role="status">${trigger.said}</span></nav>
     <main id="main">${camera && !state.error && html`<${Screen} key=${camera.id} camera=${camera} fresh=${fresh} daemon=${camera.daemon} may=${may} faults=${faults} web=${state.value.web} bounds=${state.value.web.latency_bounds_us} />`}
-      ${state.value && !state.error && !camera && html`<${NoCamera} why=${state.value.error} />`}
+      ${state.value && !state.error && !camera && !starting && html`<${NoCamera} why=${state.value.error} />`}
       ${state.error?.status === 0 && html`<section class="panel"><p>The page goes on by itself once obscura-web answers again: <code>systemctl status obscura-web</code>, or start it as before. A link whose token was made for one run asks for the new link.</p></section>`}</main>`;
 }
 

@@ -61,7 +61,8 @@ TEST_CASE("lines of the simulator") {
     CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 1 2 3 4 5 6 7"), ContainsSubstring("more words"));
     CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 2e9 0 0 0 0 0"),
                ContainsSubstring("velocity: allowed is up to 1e+09"));
-    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 0 0 0 0 0 2e4"), ContainsSubstring("rate: allowed is up to 10000"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 0 0 0 0 0 2e4"),
+               ContainsSubstring("rate: allowed is up to 10000"));
     for (const char* time : {"", "-1", "1e3", "0x1", "1000000000", "1.0000000001", "."})
         CHECK_THAT(why(std::string("step ") + time), ContainsSubstring("TIME"));
     CHECK_THAT(why("step 1 2"), ContainsSubstring("TIME"));
