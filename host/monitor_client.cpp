@@ -2,6 +2,7 @@
 #include "host/monitor_client.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "host/monitor_paths.hpp"
 
 #include <fmt/format.h>
@@ -44,13 +45,39 @@ CallClient connected_client(const std::filesystem::path& socket) {
     return at_daemon(socket, [&] { return CallClient(socket.string(), options); });
 }
 
-/// Calls `visit` with the given socket, or with those of all daemons of this machine. Returns why the last
-/// one refused, by a HardwareError of `visit`: it is left over, of another group, or has just gone.
+/// Name of a daemon: its configuration's file without folder and ending.
+std::string name_of_daemon(const std::filesystem::path& socket) {
+    const nlohmann::ordered_json state = MonitorClient(socket).call("state").head;
+    const nlohmann::ordered_json::json_pointer config("/daemon/config");
+    return std::filesystem::path(state.value(config, std::string())).stem().string();
+}
+
+/// Sockets of the daemons that are meant; `refused`: what to say if there are none.
+std::vector<std::filesystem::path> sockets_of(const std::string& daemon, std::string& refused) {
+    if (daemon.empty()) return monitor_sockets();
+    if (daemon.find('/') != std::string::npos || path_exists(daemon)) return {daemon};
+    std::vector<std::filesystem::path> meant;
+    std::string names;
+    for (const std::filesystem::path& path : monitor_sockets()) {
+        try {
+            const std::string name = name_of_daemon(path);
+            if (name == daemon) meant.push_back(path);
+            names += (names.empty() ? "" : ", ") + name;
+        } catch (const HardwareError&) { // left over, of another group, or silent
+        }
+    }
+    refused = fmt::format("no daemon here has the configuration {}{}", daemon,
+                          names.empty() ? "" : "; there are " + names);
+    return meant;
+}
+
+/// Calls `visit` with the sockets of the daemons that are meant: a path, the name of a configuration, or
+/// empty: all of this machine. Returns why the last one refused, by a HardwareError of `visit`: it is left
+/// over, of another group, or has just gone.
 template<typename Visit>
 std::string visit_sockets(const std::string& socket, const Visit& visit) {
     std::string refused = no_daemon_here;
-    for (const std::filesystem::path& path :
-         socket.empty() ? monitor_sockets() : std::vector<std::filesystem::path>{socket}) {
+    for (const std::filesystem::path& path : sockets_of(socket, refused)) {
         try {
             visit(path);
         } catch (const HardwareError& error) {

@@ -51,13 +51,18 @@ struct DaemonStates {
     /// One line for each daemon that runs and does not answer, as one that is stopped or hangs.
     std::vector<std::string> silent;
 };
-/// Asks the daemon at `socket`; if that is empty, all daemons of this machine that this user may ask, each
-/// for 5 s at most. Throws HardwareError if none answers, with the reason.
+/// Help of an option that says which daemon is meant, for all of these functions.
+constexpr const char* which_daemon_help =
+    "Which daemon is meant: the path of its monitor.socket, or the name of its configuration, as \"demo\" of demo.toml";
+
+/// Asks the daemon that `socket` means: a path, or the name of its configuration, the file without folder and
+/// ending; if that is empty, all daemons of this machine that this user may ask, each for 5 s at most. Throws
+/// HardwareError if none answers, with the reason.
 [[nodiscard]] DaemonStates daemon_states(const std::string& socket);
 
-/// The daemon at `socket`; if that is empty, the only one of this machine that this user may ask. Throws
-/// HardwareError if there is none, Error (exit_usage) with their sockets if there are several; `program`
-/// stands in front of the messages.
+/// The daemon that `socket` means as in daemon_states(); if that is empty, the only one of this machine that
+/// this user may ask. Throws HardwareError if there is none, Error (exit_usage) with their sockets if there
+/// are several; `program` stands in front of the messages.
 [[nodiscard]] MonitorClient connect_to_daemon(const std::string& program, const std::string& socket);
 
 } // namespace obscura::host

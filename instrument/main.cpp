@@ -5,6 +5,7 @@
 #include "core/text/printable.hpp"
 #include "host/command_line.hpp"
 #include "host/interrupt.hpp"
+#include "host/monitor_client.hpp"
 #include "host/service_notify.hpp"
 #include "host/standard_output.hpp"
 #include "instrument/link/admission.hpp"
@@ -51,9 +52,7 @@ host::CommandLine declare(Options& options) {
     line.description =
         "Speaks SCPI over TCP and CCSDS space packets over UDP, and makes of them the calls of a daemon, whose configuration has [control]. "
         "Neither has passwords: every program that reaches a port may use it, so it listens at the loopback interface.";
-    line.option(
-        "--socket", &options.socket, "PATH",
-        "Command the daemon with this monitor.socket; needed where several daemons run on this machine");
+    line.option("--socket", &options.socket, "DAEMON", host::which_daemon_help);
     line.option(
         "--control", &options.daemon.address, "ADDRESS",
         "Call the daemon at its control.unix_socket, or ADDRESS:PORT of its control.listen, without looking for it");

@@ -44,12 +44,19 @@ DetectorState::DetectorState(const SensorDescription& d, std::span<const Spectra
       reset_sample_ns(d.readout.reset_instant_ns - d.readout.sample_instant_ns),
       dark_ratio(dark_current_ratio(settings, settings.temperature_c, settings.dark_reference_c)),
       reset_e(reset_noise_e(settings)) {
-    const double pupil_m2 = std::numbers::pi / 4 * aperture_m * aperture_m;
     for (const SpectralBand& band : bands)
-        electrons_per_s.push_back(pupil_m2 * settings.transmission * settings.fill_factor *
-                                  electrons_per_joule(settings.quantum_efficiency, band));
+        band_electrons_per_joule.push_back(electrons_per_joule(settings.quantum_efficiency, band));
+    electrons_per_s.resize(bands.size());
+    set_aperture(aperture_m);
     if (settings.lag > 0)
         memory.assign(static_cast<std::size_t>(sensor_width) * static_cast<std::size_t>(sensor_height), 0.0F);
+}
+
+void DetectorState::set_aperture(double aperture_m) noexcept {
+    const double pupil_m2 = std::numbers::pi / 4 * aperture_m * aperture_m;
+    for (std::size_t b = 0; b < electrons_per_s.size(); ++b)
+        electrons_per_s[b] =
+            pupil_m2 * settings.transmission * settings.fill_factor * band_electrons_per_joule[b];
 }
 
 struct Detector::Impl {
@@ -147,6 +154,10 @@ std::uint64_t Detector::list_hits(const ReadoutPlan& plan, std::uint64_t frame_i
 
 const FixedPattern& Detector::fixed_pattern() const noexcept {
     return impl_->state.pattern;
+}
+
+void Detector::set_aperture(double aperture_m) noexcept {
+    impl_->state.set_aperture(aperture_m);
 }
 
 std::span<const double> Detector::electrons_per_s_per_w_m2() const noexcept {

@@ -18,6 +18,8 @@ namespace obscura::sensors {
 struct DetectorState {
     DetectorState(const SensorDescription& description, std::span<const SpectralBand> bands,
                   double aperture_m, std::uint64_t the_seed);
+    /// See Detector::set_aperture().
+    void set_aperture(double aperture_m) noexcept;
 
     DetectorSettings settings;
     std::int32_t sensor_width, sensor_height;
@@ -29,11 +31,12 @@ struct DetectorState {
     ParticleFlux particles;
     AdcCurve adc;
     ScratchPool scratch;
-    std::vector<double> electrons_per_s; ///< per W/m2 at the entrance pupil, one per spectral band
-    std::int64_t reset_sample_ns;        ///< double sampling: from the signal sample to the reset sample
-    double dark_ratio;                   ///< dark current relative to that at the reference temperature
-    double reset_e;                      ///< rms kTC noise
-    std::vector<float> memory;           ///< charge of the previous frame over the array; empty without lag
+    std::vector<double> band_electrons_per_joule; ///< one per spectral band
+    std::vector<double> electrons_per_s;          ///< per W/m2 at the entrance pupil, one per spectral band
+    std::int64_t reset_sample_ns; ///< double sampling: from the signal sample to the reset sample
+    double dark_ratio;            ///< dark current relative to that at the reference temperature
+    double reset_e;               ///< rms kTC noise
+    std::vector<float> memory;    ///< charge of the previous frame over the array; empty without lag
 };
 
 } // namespace obscura::sensors

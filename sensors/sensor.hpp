@@ -157,6 +157,9 @@ public:
     std::uint64_t list_hits(const ReadoutPlan& plan, std::uint64_t frame_id,
                             std::vector<ParticleHit>& list) const noexcept;
     [[nodiscard]] const FixedPattern& fixed_pattern() const noexcept;
+    /// From the next exposure on light comes through a pupil of that diameter. Between exposures, on the
+    /// thread that asks for them; real-time safe.
+    void set_aperture(double aperture_m) noexcept;
     /// Electrons per second and W/m2 at the entrance pupil for a pixel of mean response, one value per
     /// spectral band.
     [[nodiscard]] std::span<const double> electrons_per_s_per_w_m2() const noexcept;

@@ -170,8 +170,12 @@ bool FrameMaker::overlaps(Time scene_time) const noexcept {
 }
 
 std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
-    if (const renderer::Renderer* next = next_renderer_.exchange(nullptr))
+    if (const renderer::Renderer* next = next_renderer_.exchange(nullptr)) {
+        // The detector has nothing to do between two frames.
+        const double aperture_m = next->scene().camera.aperture_m;
+        if (aperture_m != current().scene().camera.aperture_m) detector_.set_aperture(aperture_m);
         renderer_.store(next, std::memory_order_release);
+    }
     const CameraSettings& s = order.settings;
     if (std::string refusal = plan_frame(order); !refusal.empty()) return refusal;
     if (!frame.fits(plan_.width, plan_.height) || plan_.width > readout_.width)

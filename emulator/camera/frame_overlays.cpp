@@ -74,15 +74,18 @@ FrameOverlay FrameOverlays::make(const transports::KeptFrame& frame, const Frame
                        return RowTime{scene.at(row.reset), scene.at(row.read)};
                    });
     const FrameInfo& info = frame.info;
+    std::vector<double> electrons = electrons_;
+    if (aperture_m_ > 0)
+        for (double& e : electrons)
+            e *= std::pow(scene.renderer->scene().camera.aperture_m / aperture_m_, 2);
     FrameOverlay overlay;
-    overlay.seen =
-        scene.renderer->overlay({.windows = windows_of(info),
-                                 .rows = rows,
-                                 .push_broom = sensor_.readout.shutter == Shutter::push_broom,
-                                 .frame_id = info.frame_id,
-                                 .truth = info.truth,
-                                 .mid = scene.at(info.truth.mid_exposure),
-                                 .electrons_per_s_per_w_m2 = detector_.electrons_per_s_per_w_m2()});
+    overlay.seen = scene.renderer->overlay({.windows = windows_of(info),
+                                            .rows = rows,
+                                            .push_broom = sensor_.readout.shutter == Shutter::push_broom,
+                                            .frame_id = info.frame_id,
+                                            .truth = info.truth,
+                                            .mid = scene.at(info.truth.mid_exposure),
+                                            .electrons_per_s_per_w_m2 = electrons});
     set_names(overlay.seen.stars);
     overlay.hot_pixels = hot_pixels_in(info);
     return overlay;

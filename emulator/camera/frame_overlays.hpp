@@ -49,9 +49,13 @@ struct FrameOverlay {
 /// ask.
 class FrameOverlays {
 public:
-    /// `detector` outlives it.
-    FrameOverlays(SensorDescription sensor, const sensors::Detector& detector)
-        : sensor_(std::move(sensor)), detector_(detector) {}
+    /// `detector`, which outlives it, has that aperture now.
+    FrameOverlays(SensorDescription sensor, const sensors::Detector& detector, double aperture_m)
+        : sensor_(std::move(sensor)),
+          detector_(detector),
+          aperture_m_(aperture_m),
+          electrons_(detector.electrons_per_s_per_w_m2().begin(), detector.electrons_per_s_per_w_m2().end()) {
+    }
 
     /// `scene`: that the frame was made of. Throws ConfigError where the table of names is damaged.
     [[nodiscard]] std::shared_ptr<const FrameOverlay> of(const transports::KeptFrame& frame,
@@ -65,8 +69,10 @@ private:
     [[nodiscard]] std::vector<PixelPlace> hot_pixels_in(const FrameInfo& frame);
 
     const SensorDescription sensor_;
-    const sensors::Detector& detector_;
-    std::mutex mutex_; ///< of all below
+    const sensors::Detector& detector_; ///< its aperture may change meanwhile
+    const double aperture_m_;
+    const std::vector<double> electrons_; ///< Detector::electrons_per_s_per_w_m2() with that aperture
+    std::mutex mutex_;                    ///< of all below
     std::optional<ephemeris::StarNames> names_;
     std::optional<std::vector<PixelPlace>> hot_; ///< of the sensor
     std::uint64_t serial_ = 0;                   ///< of the frame of `overlay_`, see KeptFrame

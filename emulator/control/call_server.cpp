@@ -190,6 +190,7 @@ void CallServer::start(Daemon& daemon, Monitor& monitor) {
         version_, cameras_of(daemon), scenes_of(daemon.config()), ordinary_cores(daemon.threads()),
         ControlHost::Sources{[&monitor] { return monitor.state(); },
                              [&daemon] { return std::filesystem::path(daemon.config().scene_file); },
+                             [&daemon] { return daemon.config(); },
                              [&daemon] { return describe_configuration(daemon.config()); },
                              [&daemon](std::size_t camera, const FrameInfo& frame) {
                                  return daemon.unit(camera).probe_source(frame);

@@ -10,7 +10,10 @@
 #include "emulator/control/timing_call.hpp"
 #include "emulator/control/truth_call.hpp"
 #include "emulator/monitor/monitor.hpp"
+#include "emulator/unit/reload.hpp"
 
+#include <exception>
+#include <string_view>
 #include <utility>
 
 namespace obscura::emulator {
@@ -82,8 +85,11 @@ public:
         }));
         for (service::Call& call : fault_calls(cameras_))
             calls.push_back(std::move(call));
-        for (service::Call& call :
-             scene_calls(host_.scene_requests(), scenes_, [this] { return host_.shown_scene(); }))
+        for (service::Call& call : scene_calls(
+                 host_.scene_requests(), scenes_, [this] { return host_.shown_scene(); },
+                 [this](const std::vector<std::filesystem::path>& files) {
+                     return host_.scenes_refused(files);
+                 }))
             calls.push_back(std::move(call));
         return calls;
     }
@@ -144,6 +150,27 @@ std::filesystem::path ControlHost::shown_scene() {
     std::filesystem::path file;
     ask([this, &file] { file = sources_.scene(); });
     return file;
+}
+
+std::vector<std::string> ControlHost::scenes_refused(const std::vector<std::filesystem::path>& files) {
+    DaemonConfig config;
+    ask([this, &config] { config = sources_.config(); });
+    const auto why_not = [&config](const std::filesystem::path& file) -> std::string {
+        try {
+            const DaemonConfig next = with_scene(config, file);
+            const auto before = config.cameras(), after = next.cameras();
+            for (std::size_t i = 0; i < before.size(); ++i)
+                if (std::string why = scene_refusal(before[i]->scene, *after[i]); !why.empty()) return why;
+            return {};
+        } catch (const std::exception& error) {
+            const std::string_view all = error.what();
+            return std::string(all.substr(0, all.find('\n'))); // the first mistake
+        }
+    };
+    std::vector<std::string> refused;
+    for (const std::filesystem::path& file : files)
+        refused.push_back(file == config.scene_file ? std::string() : why_not(file));
+    return refused;
 }
 
 json ControlHost::scene_tree(std::size_t camera) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/realtime/work_queue.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "emulator/control/camera_calls.hpp"
 #include "emulator/control/daemon_calls.hpp"
 #include "emulator/control/probe_call.hpp"
@@ -17,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace obscura::emulator {
 
@@ -28,6 +30,7 @@ public:
     struct Sources {
         std::function<std::shared_ptr<const nlohmann::ordered_json>()> state; ///< Monitor::state()
         std::function<std::filesystem::path()> scene;  ///< file of the scene that is shown
+        std::function<DaemonConfig()> config;          ///< in use
         std::function<nlohmann::json()> configuration; ///< describe_configuration() of that in use
         ProbeSourceOf probe_source;                    ///< CameraUnit::probe_source()
         std::function<nlohmann::json(std::size_t camera)> scene_tree; ///< scene_tree() of a camera
@@ -55,6 +58,8 @@ public:
     [[nodiscard]] std::shared_ptr<const nlohmann::json> configuration();
     /// File of the scene that is shown. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::filesystem::path shown_scene();
+    /// See ScenesRefused. Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] std::vector<std::string> scenes_refused(const std::vector<std::filesystem::path>& files);
     /// The answer to "scene.describe". Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] nlohmann::json scene_tree(std::size_t camera);
     /// Takes control away, see ReleaseControl. Throws Failure. Thread-safe; not on the main thread.

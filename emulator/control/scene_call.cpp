@@ -117,7 +117,7 @@ std::vector<std::string> scene_names(const std::filesystem::path& folder) {
 }
 
 service::Calls scene_calls(SceneRequests& requests, const std::filesystem::path& folder,
-                           std::function<std::filesystem::path()> shown) {
+                           std::function<std::filesystem::path()> shown, ScenesRefused refused) {
     service::Call call = service::call<SceneArguments>(
         "scene.show", service::Permission::scene,
         "Shows another scene. "
@@ -131,13 +131,26 @@ service::Calls scene_calls(SceneRequests& requests, const std::filesystem::path&
         });
     call.results = {{"shown", "integer", "", "Scenes that have been shown by this call since the start"}};
     service::Call list = service::call<service::NoArguments>(
-        "scene.list", service::Permission::view, "Lists the scenes that scene.show takes.",
-        [folder, shown = std::move(shown)](const service::NoArguments&, Work& /*work*/) {
-            return Answer{{{"shown", name_of_scene(shown(), folder)}, {"scenes", scene_names(folder)}}};
+        "scene.list", service::Permission::view,
+        "Lists the scenes that scene.show takes, and says of each that it would refuse now why. Reads their files.",
+        [folder, shown = std::move(shown), refused = std::move(refused)](const service::NoArguments&,
+                                                                         Work& /*work*/) {
+            const std::vector<std::string> names = scene_names(folder);
+            std::vector<std::filesystem::path> files;
+            for (const std::string& name : names)
+                files.push_back(file_of(name, folder));
+            const std::vector<std::string> reasons = refused(files);
+            nlohmann::json why_not = nlohmann::json::object();
+            for (std::size_t i = 0; i < names.size(); ++i)
+                if (!reasons.at(i).empty()) why_not[names[i]] = reasons[i];
+            return Answer{{{"shown", name_of_scene(shown(), folder)},
+                           {"scenes", names},
+                           {"why_not", std::move(why_not)}}};
         });
     list.results = {
         {"shown", "string", "", "The scene that is shown; its path if scene.show does not take it"},
-        {"scenes", "array of strings", "", "Names of shipped scenes, then of files below control.scenes"}};
+        {"scenes", "array of strings", "", "Names of shipped scenes, then of files below control.scenes"},
+        {"why_not", "map", "", "By name, for those that cannot be shown now: why, in one line"}};
     return {std::move(call), std::move(list)};
 }
 

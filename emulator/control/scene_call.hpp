@@ -17,9 +17,13 @@ namespace obscura::emulator {
 /// than three folders down; at most 1000.
 [[nodiscard]] std::vector<std::string> scene_names(const std::filesystem::path& folder);
 
+/// Why each of these files cannot be shown in place of the present scene, in one line; empty: it can.
+using ScenesRefused =
+    std::function<std::vector<std::string>(const std::vector<std::filesystem::path>& files)>;
+
 /// The rows; `requests` outlives them. Files are shipped scenes, or stand below `folder`. `shown` gives the
 /// file of the scene that is shown.
 [[nodiscard]] service::Calls scene_calls(SceneRequests& requests, const std::filesystem::path& folder,
-                                         std::function<std::filesystem::path()> shown);
+                                         std::function<std::filesystem::path()> shown, ScenesRefused refused);
 
 } // namespace obscura::emulator

@@ -56,7 +56,8 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
         frames += transports::WatchTransport::frames_held;
     imaging_ = std::make_unique<Imaging>(config, frames, threads, config.transports.kept_truth(),
                                          config.render.ahead, true);
-    overlays_ = std::make_unique<FrameOverlays>(config.sensor, *imaging_->detector);
+    overlays_ =
+        std::make_unique<FrameOverlays>(config.sensor, *imaging_->detector, config.scene.camera.aperture_m);
     scene_fingerprint_ = scene_fingerprint(config.scene_file);
     probe_settings_ = std::make_shared<const ProbeSettings>(probe_settings(config));
     ReleaserSettings release;
@@ -163,15 +164,7 @@ void CameraUnit::step_with(sync::SoftwareTrigger* source) {
 std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::function<bool()>& meanwhile) {
     next_fingerprint_ = scene_fingerprint(next.scene_file);
     if (next_fingerprint_ == scene_fingerprint_) return {};
-    const scene::Scene &before = imaging_->renderer->scene(), &after = next.scene;
-    const bool same_bands =
-        std::equal(before.bands.begin(), before.bands.end(), after.bands.begin(), after.bands.end(),
-                   [](const SpectralBand& a, const SpectralBand& b) { return a.same_filter(b); });
-    if (!same_bands || before.camera.aperture_m != after.camera.aperture_m)
-        return "the scene's spectral bands and the camera's aperture cannot change while running; restart for that";
-    if (next.daemon.scene_time == SceneTime::tai && before.epoch != after.epoch)
-        return "the scene's epoch cannot change while frames follow it (daemon.scene_time = \"tai\"); restart for that";
-    if (simulator_) return "the scene cannot change while a simulator moves it; restart for that";
+    if (std::string why = scene_refusal(imaging_->renderer->scene(), next); !why.empty()) return why;
     std::atomic<bool> stop{false};
     bool loaded = false;
     const StopReading stop_reading([&] { return stop.load(); });

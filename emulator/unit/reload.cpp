@@ -70,6 +70,17 @@ std::vector<std::string> changed_keys(const emulator::DaemonConfig& before,
     return changed;
 }
 
+std::string scene_refusal(const scene::Scene& before, const DaemonConfig& next) {
+    const scene::Scene& after = next.scene;
+    if (!std::equal(before.bands.begin(), before.bands.end(), after.bands.begin(), after.bands.end(),
+                    [](const SpectralBand& a, const SpectralBand& b) { return a.same_filter(b); }))
+        return "the scene's spectral bands cannot change while running; restart for that";
+    if (next.daemon.scene_time == SceneTime::tai && before.epoch != after.epoch)
+        return "the scene's epoch cannot change while frames follow it (daemon.scene_time = \"tai\"); restart for that";
+    if (next.simulator.enabled) return "the scene cannot change while a simulator moves it; restart for that";
+    return {};
+}
+
 std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
     std::ifstream in(scene_file, std::ios::binary);
     const std::string text((std::istreambuf_iterator<char>(in)), {});

@@ -16,6 +16,9 @@ namespace obscura::emulator {
 [[nodiscard]] std::vector<std::string> changed_keys(const emulator::DaemonConfig& before,
                                                     const emulator::DaemonConfig& after);
 
+/// Why the scene of `next` cannot take the place of `before` while the daemon runs; empty: it can.
+[[nodiscard]] std::string scene_refusal(const scene::Scene& before, const emulator::DaemonConfig& next);
+
 /// Fingerprint of the scene file and of every file that it names: changes if one of them does. 0 if the scene
 /// file cannot be read.
 [[nodiscard]] std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file);

@@ -57,7 +57,7 @@ const service::Calls& calls() {
         all.push_back(probe_call(cameras, probes, nullptr));
         for (const service::Calls& more :
              {ring_calls({nullptr}, nullptr), device_calls(cameras), daemon_calls(cameras, requests, nullptr),
-              scene_calls(requests, std::filesystem::path(), nullptr),
+              scene_calls(requests, std::filesystem::path(), nullptr, nullptr),
               configuration_calls(requests, nullptr)})
             all.insert(all.end(), more.begin(), more.end());
         return all;

@@ -170,7 +170,9 @@ def settings_and_triggers(daemon):
         check("without waiting the answer comes at once", "outcome" not in camera.trigger(wait=False))
         wait_for(lambda: camera.state()["cameras"][0]["camera"]["complete"] == before + 2)
 
-        frame = threading_result(lambda: camera.frame(), lambda: other.trigger())
+        last = camera.frame()
+        check("the last frame is there for one who looks after it", last.frame == 3, last.info)
+        frame = threading_result(lambda: camera.frame(last.number), lambda: other.trigger())
         check("a frame is that of the file, to the byte", frame.pixels.shape == (HEIGHT, 32) and frame.info["rows"] == HEIGHT and
               frame.pixels.astype("<u2").tobytes() == daemon.pixels(frame.frame, 2, 32)[:2 * 32 * HEIGHT], frame.info)
         check("it has the settings", frame.info["exposure_us"] == 2500 and frame.bits == 12, frame.info)
@@ -359,6 +361,8 @@ def another_scene():
         listed = camera.call("scene.list")
         check("scenes are listed, files of other kinds are not", listed["shown"] == "scene.toml" and "demo" in listed["scenes"] and
               listed["scenes"][-4:] == ["bands.toml", "scene.toml", "sub/dark.toml", "wrong.toml"], listed)
+        check("those that cannot be shown are listed with the reason", "spectral bands" in listed["why_not"]["bands.toml"] and
+              "albedo" in listed["why_not"]["wrong.toml"] and not {"scene.toml", "sub/dark.toml"} & set(listed["why_not"]), listed["why_not"])
         before = camera.frame()
         check("the first scene has light", before.pixels.max() > 200, before.pixels.max())
         for what, file, code, message in (

@@ -14,8 +14,7 @@ namespace obscura::tools {
 void DaemonOptions::declare(host::CommandLine& line, Has has) {
     if (has == Has::camera)
         line.number("--camera", &camera_, "N", "Number of the camera, where the daemon has several", 0, 1000);
-    line.option("--socket", &socket_, "PATH",
-                "Call the daemon with this monitor.socket; needed where several daemons run on this machine");
+    line.option("--socket", &socket_, "DAEMON", host::which_daemon_help);
     line.option(
         "--control", &control_, "ADDRESS",
         "Call the daemon at its control.unix_socket or control.listen, a path or HOST:PORT, without looking for it");

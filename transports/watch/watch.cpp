@@ -19,7 +19,7 @@ constexpr std::int64_t poll_interval_of_info_ns = 100 * ns_per_ms;
 
 WatchTransport::WatchTransport(std::size_t max_pixels, std::function<void()> enter)
     : enter_(std::move(enter)),
-      queue_(frames_held - 1),
+      queue_(queued_frames),
       ring_(max_pixels),
       reader_(FileDescriptor(::dup(ring_.descriptor()))) {}
 
@@ -42,12 +42,42 @@ void WatchTransport::stop() {
     thread_.join();
     for (; queue_.front(); ++taken_)
         queue_.pop();
+    while (take_unseen().first) {
+    }
+}
+
+/// On the pipeline thread.
+void WatchTransport::keep(const FrameRef& frame, std::uint64_t number) noexcept {
+    bool kept = false;
+    for (Unseen& unseen : unseen_) {
+        if (unseen.taken.exchange(true, std::memory_order_acquire)) continue;
+        unseen.frame = kept ? FrameRef() : frame; // one older than this is of no use
+        unseen.number = number;
+        kept = true;
+        unseen.taken.store(false, std::memory_order_release);
+    }
+    unseen_number_.store(number, std::memory_order_release);
+}
+
+std::pair<FrameRef, std::uint64_t> WatchTransport::take_unseen() noexcept {
+    std::pair<FrameRef, std::uint64_t> newest;
+    for (Unseen& unseen : unseen_) {
+        while (unseen.taken.exchange(true, std::memory_order_acquire))
+            std::this_thread::yield(); // the pipeline is at it, for a few instructions
+        FrameRef frame = std::exchange(unseen.frame, FrameRef());
+        if (frame && unseen.number > newest.second) newest = {std::move(frame), unseen.number};
+        unseen.taken.store(false, std::memory_order_release);
+    }
+    return newest;
 }
 
 bool WatchTransport::submit(const FrameRef& frame) noexcept {
     const std::int64_t now_ns = frame->info.seen.ns;
-    if (now_ns > watched_until_.load(std::memory_order_relaxed)) return true;
     const std::uint64_t number = ++seen_;
+    if (now_ns > watched_until_.load(std::memory_order_relaxed)) {
+        keep(frame, number);
+        return true;
+    }
     const std::int64_t period_ns = period_ns_.load(std::memory_order_relaxed);
     const bool too_soon = period_ns > 0 && now_ns < next_ns_;
     if (too_soon) {
@@ -85,7 +115,11 @@ void WatchTransport::count_saturated() {
 
 void WatchTransport::look_locked(std::int64_t period_ns) {
     const std::int64_t now_ns = MonotonicClock().now().ns;
-    if (now_ns > watched_until_) newest_number_ = 0; // frames have gone by since
+    if (now_ns > watched_until_ && unseen_number_.load(std::memory_order_acquire) > newest_number_) {
+        newest_number_ = 0; // frames have gone by since, the last of which is kept
+        unseen_wanted_.store(true, std::memory_order_release);
+        wake_.notify();
+    }
     if (period_ns <= period_ns_ || now_ns > period_until_) {
         const bool sooner = period_ns < period_ns_;
         period_ns_ = period_ns;
@@ -151,7 +185,7 @@ std::optional<FrameInfo> WatchTransport::newest_info(std::chrono::steady_clock::
 std::optional<KeptFrame> WatchTransport::kept(std::uint64_t frame_id,
                                               std::chrono::steady_clock::time_point until,
                                               const std::atomic<bool>& given_up) {
-    if (frame_id == 0 && !newest_info(until, given_up)) return std::nullopt;
+    if (!newest_info(until, given_up)) return std::nullopt;
     // Ids begin anew with each acquisition: of several the newest one.
     const auto rank = [frame_id](const Known& known) {
         return std::pair(known.serial > 0 && frame_id > 0 && known.info.frame_id == frame_id, known.serial);
@@ -196,6 +230,12 @@ void WatchTransport::work() {
     Place place;   // its own
     while (!stopping_) {
         const std::uint32_t seen = wake_.value();
+        if (unseen_wanted_.exchange(false, std::memory_order_acquire)) {
+            if (const auto [frame, number] = take_unseen(); frame) {
+                submitted_.fetch_add(1, std::memory_order_relaxed);
+                copy(*frame, number);
+            }
+        }
         if (const FrameRef frame = queue_.front()) {
             held = {};
             place = places_[taken_ % places_.size()];

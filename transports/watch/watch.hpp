@@ -18,6 +18,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace obscura::transports {
@@ -47,7 +48,8 @@ struct KeptPixel {
 };
 
 /// Copies frames to a FrameRing, only while there are viewers, and at most as fast as its thread runs: a
-/// frame that comes while two others wait is left out. It takes every frame, so that the camera counts the
+/// frame that comes while two others wait is left out. Without viewers it keeps the last frame, and copies it
+/// for the first one who looks. It takes every frame, so that the camera counts the
 /// same with and without viewers. A thread of ordinary scheduling copies; the pipeline thread only puts a
 /// reference into a queue. Readers of this process are thread-safe, those of others read the ring; neither
 /// holds up the copying. Not supervised: viewers may wait.
@@ -58,7 +60,8 @@ public:
     ~WatchTransport() override;
 
     /// Frames of the pool that it may hold.
-    static constexpr std::size_t frames_held = 3;
+    static constexpr std::size_t frames_held = 5;
+    static constexpr std::size_t queued_frames = 2;
 
     [[nodiscard]] std::string_view kind() const override { return "watch"; }
     void start() override;
@@ -117,6 +120,16 @@ private:
         std::vector<float> mean_e; ///< PixelTruth::mean_e; empty: the pool keeps none
     };
 
+    /// Place of a frame that came while nobody looked.
+    struct Unseen {
+        std::atomic<bool> taken{false}; ///< a thread is at it
+        FrameRef frame{};
+        std::uint64_t number = 0;
+    };
+    void keep(const FrameRef& frame, std::uint64_t number) noexcept;
+    /// The newest one that was kept, with its number; empty: none.
+    [[nodiscard]] std::pair<FrameRef, std::uint64_t> take_unseen() noexcept;
+
     void work();
     /// The frame with its pixels; none: it has been overwritten.
     [[nodiscard]] std::optional<WatchedFrame> copy_of(const Known& known) const;
@@ -131,11 +144,14 @@ private:
     std::atomic<bool> stopping_{false};
     std::atomic<std::int64_t> watched_until_{0}; ///< CLOCK_MONOTONIC, ns
     std::atomic<std::int64_t> period_ns_{0};
-    std::uint64_t seen_ = 0;                  ///< pipeline thread: frames that came while there were viewers
-    std::int64_t next_ns_ = 0;                ///< pipeline thread: earliest next frame that is copied
-    std::array<Place, frames_held> places_{}; ///< of frame k of the queue at k % frames_held
-    std::uint64_t queued_ = 0;                ///< pipeline thread: frames that were queued
-    std::atomic<std::uint64_t> taken_{0};     ///< own thread: frames that were taken out
+    std::uint64_t seen_ = 0;                      ///< pipeline thread: frames that came
+    std::array<Unseen, 2> unseen_{};              ///< while a reader is at one of them the other is free
+    std::atomic<std::uint64_t> unseen_number_{0}; ///< of the newest one of these
+    std::atomic<bool> unseen_wanted_{false};
+    std::int64_t next_ns_ = 0;                      ///< pipeline thread: earliest next frame that is copied
+    std::array<Place, queued_frames + 1> places_{}; ///< of frame k of the queue at k % frames_held
+    std::uint64_t queued_ = 0;                      ///< pipeline thread: frames that were queued
+    std::atomic<std::uint64_t> taken_{0};           ///< own thread: frames that were taken out
     std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
     std::thread thread_;
 
@@ -146,7 +162,7 @@ private:
     std::mutex mutex_; ///< of what follows
     std::condition_variable changed_;
     std::int64_t period_until_ = 0;
-    std::uint64_t newest_number_ = 0;               ///< of the ring; 0: none since there are viewers
+    std::uint64_t newest_number_ = 0;               ///< of the ring; 0: a newer one has come since
     std::array<Known, FrameRing::slots> known_{};   ///< that with serial s at s % slots
     std::array<Details, FrameRing::slots> details_; ///< of those
     std::size_t newest_ = 0;                        ///< among them

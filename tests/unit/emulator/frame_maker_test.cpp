@@ -440,4 +440,21 @@ TEST_CASE("a frame says when it lacks the image lag of the frame before") {
     }
 }
 
+TEST_CASE("a scene whose camera has twice the aperture brings four times the light") {
+    SensorDescription sensor = small_sensor();
+    sensor.detector.read_noise_e = sensor.detector.dark_current_e_per_s = 0;
+    MakerBench bench(sensor);
+    scene::Scene wide = bench.scene;
+    wide.camera.aperture_m = 2 * 0.025; // of the bench's detector
+    REQUIRE(wide.camera.aperture_m != bench.scene.camera.aperture_m);
+    const renderer::Renderer other(wide, {});
+    const double before = bench.detector.electrons_per_s_per_w_m2()[0];
+    const FrameRef frame = bench.pool.acquire();
+    REQUIRE(bench.maker.make(order_for(bench, 3), *frame).empty());
+    CHECK(bench.detector.electrons_per_s_per_w_m2()[0] == before);
+    bench.maker.replace_renderer(other);
+    REQUIRE(bench.maker.make(order_for(bench, 4), *bench.pool.acquire()).empty());
+    CHECK(std::abs(bench.detector.electrons_per_s_per_w_m2()[0] / before - 4) < 1e-12);
+}
+
 } // namespace frame_maker_test

@@ -49,19 +49,45 @@ struct WatchBench {
 
 } // namespace
 
-TEST_CASE("nothing is copied while nobody looks", "[transports]") {
+TEST_CASE("nothing is copied while nobody looks, and the last frame is there for who does", "[transports]") {
     WatchBench bench;
-    CHECK(bench.watch.submit(bench.frame(1, height)));
-    CHECK(bench.watch.counters().submitted == 0);
-    CHECK(bench.pool.in_use() == 0);
     CHECK_FALSE(bench.newest(0, 0ms));
-    CHECK(bench.watch.submit(bench.frame(2, height)));
-    const auto seen = bench.newest(0);
+    WatchBench unseen;
+    for (std::uint64_t id = 1; id <= 5; ++id)
+        CHECK(unseen.watch.submit(unseen.frame(id, height)));
+    CHECK(unseen.watch.counters().submitted == 0);
+    CHECK(unseen.pool.in_use() == 1); // none but the last
+    const auto seen = unseen.newest(0);
     REQUIRE(seen);
-    CHECK(seen->info.frame_id == 2);
-    CHECK(seen->number == 1);
+    CHECK(seen->info.frame_id == 5);
+    CHECK(seen->number == 5);
     CHECK(seen->rows == height);
-    CHECK(std::all_of(seen->pixels.begin(), seen->pixels.end(), [](std::uint16_t dn) { return dn == 2; }));
+    CHECK(std::all_of(seen->pixels.begin(), seen->pixels.end(), [](std::uint16_t dn) { return dn == 5; }));
+    CHECK(unseen.pool.in_use() == 0);
+    // It stays, however often it is asked for, and by its id.
+    CHECK(unseen.newest(0)->number == 5);
+    CHECK(unseen.watch.kept(5, std::chrono::steady_clock::now(), unseen.given_up));
+    CHECK(unseen.watch.submit(unseen.frame(6, height)));
+    CHECK(unseen.newest(5)->info.frame_id == 6);
+}
+
+TEST_CASE("frames of a pipeline and one who looks now and then never mix", "[transports]") {
+    WatchBench bench;
+    std::atomic<bool> end{false};
+    std::thread pipeline([&] {
+        for (std::uint64_t id = 1; !end; ++id)
+            if (const FrameRef frame = bench.frame(id % 1000, height)) bench.watch.submit(frame);
+    });
+    int good = 0; // assertions are not for two threads
+    for (int i = 0; i < 200; ++i) {
+        const auto seen = bench.newest(0);
+        const auto dn = static_cast<std::uint16_t>(seen ? seen->info.frame_id : 0);
+        good += seen && std::all_of(seen->pixels.begin(), seen->pixels.end(),
+                                    [dn](std::uint16_t v) { return v == dn; });
+    }
+    end = true;
+    pipeline.join();
+    CHECK(good == 200);
 }
 
 TEST_CASE("a reader waits for a newer frame, until its time or until it gives up", "[transports]") {

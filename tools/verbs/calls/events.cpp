@@ -27,7 +27,7 @@ public:
             "Prints time (UTC), level and text of what the daemon has written to its log, up to 1024 lines back, oldest first. "
             "Lines have numbers that count from 1 at the daemon's start. "
             "With several daemons on this machine, --socket says which.";
-        line.option("--socket", &socket_, "PATH", "Ask the daemon with this socket (its monitor.socket)");
+        line.option("--socket", &socket_, "DAEMON", host::which_daemon_help);
         url_.declare(line);
         line.number("--after", &after_, "N", "Only lines with a larger number", 0, 9e15);
         line.flag("--follow", follow_, "Go on with new lines until interrupted");

@@ -23,8 +23,7 @@ public:
             "With --output the file appears whole, as node_exporter's textfile collector wants it: run it by a timer. "
             "The exit status is 69 if no daemon answers, and no file is written then; "
             "also if one of several does not answer within 5 s, and the rest is written. docs/control.md lists the names.";
-        line.option("--socket", &socket_, "PATH",
-                    "Ask the daemon with this socket (its monitor.socket) only");
+        line.option("--socket", &socket_, "DAEMON", host::which_daemon_help);
         line.option("-o,--output", &output_, "FILE", "Write to this file instead of standard output");
         line.examples = {"obscura metrics",
                          "obscura metrics -o /var/lib/prometheus/node-exporter/obscura.prom"};

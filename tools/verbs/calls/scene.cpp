@@ -18,7 +18,7 @@ public:
         line.summary = "lists the scenes that a running daemon can show";
         line.description =
             "Prints a name a line, those that `obscura scene show` takes: scene files below control.scenes, and the shipped ones. "
-            "A star stands before the one that is shown now.";
+            "A star stands before the one that is shown now; behind one that cannot take its place stands why.";
         declare_daemon(line);
         line.flag("--json", json_, "Print one JSON object");
         line.examples = {"obscura scene list"};
@@ -36,7 +36,11 @@ protected:
         for (const host::CallJson& scene : answer.at("scenes")) {
             const std::string name = host::plain_text(scene);
             listed = listed || name == shown;
-            fmt::print("{} {}\n", name == shown ? '*' : ' ', name);
+            const host::CallJson reasons = answer.value("why_not", host::CallJson::object());
+            const auto why = reasons.find(name);
+            fmt::print("{} {}{}\n", name == shown ? '*' : ' ', name,
+                       why == reasons.end() ? ""
+                                            : fmt::format("  cannot be shown: {}", host::plain_text(*why)));
         }
         if (!listed) fmt::print("* {}\n", shown);
         return exit_ok;

@@ -28,8 +28,7 @@ public:
             "Asks every daemon of this machine that this user may ask, its own and those of services whose group (obscura) the user is in, and prints for each camera one line on whether it does what it should, who controls it, its trigger source, counters and latencies. "
             "The exit status is 0 if every camera is on time or idle, 1 if one is neither, with the first reason in its line, and 69 if no daemon answers, or one of several does not within 5 s. "
             "With --watch it goes on when a daemon ends, and shows the next one.";
-        line.option("--socket", &socket_, "PATH",
-                    "Ask the daemon with this socket (its monitor.socket) only");
+        line.option("--socket", &socket_, "DAEMON", host::which_daemon_help);
         url_.declare(line);
         line.number("--watch", &watch_s_, "SECONDS",
                     "Show it again every SECONDS, 1 if that is not said, until interrupted; 0: once", 0, 3600)
