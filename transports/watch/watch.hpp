@@ -120,7 +120,7 @@ private:
         std::vector<float> mean_e; ///< PixelTruth::mean_e; empty: the pool keeps none
     };
 
-    /// Place of a frame that came while nobody looked.
+    /// Newest frame that came without viewers.
     struct Unseen {
         std::atomic<bool> taken{false}; ///< a thread is at it
         FrameRef frame{};
