@@ -65,9 +65,14 @@ function outline(bins) {
 }
 
 export function Levels({stretch, setStretch, viewer, histogram}) {
-  const bits = viewer?.picture?.bits ?? 12, full = 2 ** bits - 1, ends = viewer?.ends ?? {black: 0, white: full};
+  const bits = viewer?.picture?.bits ?? 12, full = 2 ** bits - 1;
+  // The viewer follows a moment later: what was typed before counts at once.
+  const endsIn = (chosen) => chosen.kind === "manual" ? chosen : viewer?.ends ?? {black: 0, white: full}, ends = endsIn(stretch);
   const mark = (dn) => WIDTH * Math.min(1, Math.max(0, dn / full));
-  const setEnd = (name) => (event) => setStretch({kind: "manual", black: Math.round(ends.black), white: Math.round(ends.white), [name]: Number(event.target.value)});
+  const setEnd = (name) => ({target: {value}}) => setStretch((before) => {
+    const {black, white} = endsIn(before);
+    return {kind: "manual", black: Math.round(black), white: Math.round(white), [name]: Number(value)};
+  });
   return html`<div class="panel"><h2>Levels</h2>
     <label class="row">Stretch <select value=${stretch.kind} onChange=${(e) => setStretch(e.target.value === "manual" ? {kind: "manual", black: ends.black, white: ends.white} : {...stretch, kind: e.target.value})}>
       ${Object.entries(STRETCHES).map(([kind, name]) => html`<option key=${kind} value=${kind}>${name}</option>`)}</select></label>
