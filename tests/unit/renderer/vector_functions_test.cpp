@@ -25,11 +25,11 @@ TEST_CASE("vector_exp, vector_log and vector_pow agree with the long double libr
     for (std::uint32_t n = 0; n < 200'000; ++n) {
         const double x = -690 + 1380 * uniform(n);
         const auto e = std::exp(static_cast<long double>(x));
-        worst_exp = std::fmax(worst_exp, static_cast<double>(std::fabs(vector_exp(x) / e - 1)));
+        worst_exp = std::fmax(worst_exp, static_cast<double>(std::fabs(vector_exp<double>(x) / e - 1)));
         const double y = std::exp(-40 + 80 * uniform(n + 1'000'000));
         const auto l = std::log(static_cast<long double>(y));
-        worst_log = std::fmax(
-            worst_log, static_cast<double>(std::fabs(vector_log(y) - l) / std::fmax(1e-3L, std::fabs(l))));
+        worst_log = std::fmax(worst_log, static_cast<double>(std::fabs(vector_log<double>(y) - l) /
+                                                             std::fmax(1e-3L, std::fabs(l))));
         const double base = uniform(n + 2'000'000);
         const double power = 200 * uniform(n + 3'000'000);
         const auto p = std::pow(static_cast<long double>(base), static_cast<long double>(power));
@@ -39,20 +39,20 @@ TEST_CASE("vector_exp, vector_log and vector_pow agree with the long double libr
     CHECK(worst_exp < 1e-15);
     CHECK(worst_log < 1e-13); // near 1 the logarithm itself is near 0
     CHECK(worst_pow < 1e-12);
-    CHECK(vector_exp(0) == 1);
-    CHECK(vector_exp(-1e9) < 1e-300);
-    CHECK(vector_log(1) == 0);
+    CHECK(vector_exp<double>(0) == 1);
+    CHECK(vector_exp<double>(-1e9) < 1e-300);
+    CHECK(vector_log<double>(1) == 0);
 }
 
 TEST_CASE("vector_acos agrees with the library over the whole range, and clamps") {
     double worst = 0;
     for (int n = -100'000; n <= 100'000; ++n) {
         const double x = n / 100'000.0;
-        worst = std::fmax(worst, std::fabs(vector_acos(x) - std::acos(x)));
+        worst = std::fmax(worst, std::fabs(vector_acos<double>(x) - std::acos(x)));
     }
     CHECK(worst < 1e-13);
-    CHECK(vector_acos(1.5) == 0);
-    CHECK(vector_acos(-1.5) == std::acos(-1.0));
+    CHECK(vector_acos<double>(1.5) == 0);
+    CHECK(vector_acos<double>(-1.5) == std::acos(-1.0));
 }
 
 TEST_CASE("the quick functions keep their promises") {
