@@ -80,8 +80,10 @@ void print_help() {
 int run_watched(Verb& verb, const std::string& name) {
     const std::optional<int> own_status = verb.runs_until_told() ? exit_ok : verb.interrupted_status();
     const auto run = [&] {
-        const VerbWatch watch(
-            {.verb = name, .shows_progress = !verb.runs_until_told(), .interrupted_status = own_status});
+        const VerbWatch watch({.verb = name,
+                               .shows_progress = !verb.runs_until_told(),
+                               .keeps_work = verb.keeps_work(),
+                               .interrupted_status = own_status});
         return verb.run();
     };
     if (own_status) return run();

@@ -186,6 +186,8 @@ public:
 
     [[nodiscard]] std::optional<int> interrupted_status() const override { return exit_interrupted; }
 
+    [[nodiscard]] bool keeps_work() const override { return true; }
+
     int run() override {
         const auto start = std::chrono::steady_clock::now();
         ShardRunner runner(read_plan(batch_), batch_, quick_ ? FrameCheck::size : FrameCheck::hash, threads_);

@@ -128,6 +128,8 @@ public:
         };
     }
 
+    [[nodiscard]] bool keeps_work() const override { return true; }
+
     int run() override {
         settle();
         std::unique_ptr<Progress> shown;

@@ -62,6 +62,8 @@ public:
             "obscura texture bake moon.toml --projection south_polar_stereographic --within 2 --spacing 20 -o pole.obt"};
     }
 
+    [[nodiscard]] bool keeps_work() const override { return true; }
+
     int run() override {
         const scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
         renderer::ShapeContext context;

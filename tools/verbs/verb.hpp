@@ -26,6 +26,9 @@ public:
     [[nodiscard]] virtual bool runs_until_told() const { return false; }
     /// Exit status after an interrupt; none: that of the signal.
     [[nodiscard]] virtual std::optional<int> interrupted_status() const { return std::nullopt; }
+    /// Whether an interrupted verb keeps what is done for its next run. It is given time to do so, also on a
+    /// busy machine.
+    [[nodiscard]] virtual bool keeps_work() const { return false; }
 };
 
 struct VerbEntry {

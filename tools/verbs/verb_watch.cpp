@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 constexpr auto look_interval = 50ms;
 /// For a verb to end by itself after an interrupt, with what it has so far.
-constexpr auto grace = 600ms;
+constexpr std::chrono::milliseconds grace{600}, grace_of_kept_work{10000};
 constexpr auto first_terminal_line = 700ms, next_terminal_line = 200ms;
 constexpr auto first_line = 5s, next_line = 5s;
 
@@ -58,7 +58,7 @@ void VerbWatch::run() {
         const auto now = WatchClock::now();
         if (host::interrupted()) {
             if (!interrupt) interrupt = now;
-            if (now - *interrupt >= grace) end();
+            if (now - *interrupt >= (settings_.keeps_work ? grace_of_kept_work : grace)) end();
         } else if (settings_.shows_progress && now >= next) {
             show_progress(settings_.verb, std::chrono::duration<double>(now - start).count(), terminal);
             next = now + (terminal ? WatchClock::duration(next_terminal_line) : next_line);

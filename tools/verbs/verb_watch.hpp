@@ -19,6 +19,7 @@ public:
     struct Settings {
         std::string verb;
         bool shows_progress = true;
+        bool keeps_work = false; ///< see Verb::keeps_work()
         /// Exit status after an interrupt; none: that of the signal.
         std::optional<int> interrupted_status{};
     };
