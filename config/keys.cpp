@@ -84,7 +84,7 @@ public:
             std::error_code error;
             const auto status = std::filesystem::status(path, error);
             if (!std::filesystem::exists(status))
-                fail(where_, value_.at, fmt::format("{}: no such file", path.string()));
+                fail_missing(where_, value_.at, path, "no such file", error);
             if (!std::filesystem::is_regular_file(status))
                 fail(where_, value_.at, fmt::format("{}: not a regular file", path.string()));
         }
@@ -229,11 +229,20 @@ const Value& unwrapped(const Value& value, const Where& where) {
 
 } // namespace
 
-void fail(const Where& where, Position at, std::string_view what) {
+void fail(const Where& where, Position at, std::string_view what, int cause) {
     std::string line = where.file.string();
     if (at.line != 0) line += fmt::format(":{}:{}", at.line, at.column);
     if (!where.path.empty()) line += ": " + printable(where.path, 200);
-    throw ConfigError(fmt::format("{}: {}", line, what));
+    line = fmt::format("{}: {}", line, what);
+    if (cause != 0) throw InputError(line, cause);
+    throw ConfigError(line);
+}
+
+void fail_missing(const Where& where, Position at, const std::filesystem::path& path, std::string_view why,
+                  const std::error_code& error) {
+    if (status_of_input(error.value()) != exit_no_permission)
+        fail(where, at, fmt::format("{}: {}", path.string(), why));
+    fail(where, at, fmt::format("{}: cannot be opened: {}", path.string(), error.message()), error.value());
 }
 
 void Mistakes::add(const Where& where, Position at, std::string_view what) {

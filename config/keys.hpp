@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -141,8 +142,13 @@ struct Where {
     }
 };
 
-/// Throws ConfigError `file:line:column: path: what`.
-[[noreturn]] void fail(const Where& where, Position at, std::string_view what);
+/// Throws ConfigError `file:line:column: path: what`; with `cause`, the errno of a file that is named there,
+/// InputError, with which reading ends.
+[[noreturn]] void fail(const Where& where, Position at, std::string_view what, int cause = 0);
+/// fail() for a file that is named there and cannot be found: for `why`, or where permissions hide it for
+/// `error`.
+[[noreturn]] void fail_missing(const Where& where, Position at, const std::filesystem::path& path,
+                               std::string_view why, const std::error_code& error);
 
 /// Position of the value of each key that the file gives.
 using Given = std::map<std::string, Position, std::less<>>;

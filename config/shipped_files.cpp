@@ -90,7 +90,7 @@ std::string file_of_key(const Value& value, const Where& where, const std::strin
     if (fs::is_regular_file(status)) return path;
     if (fs::exists(status)) fail(where, value.at, fmt::format("{}: not a regular file", path));
     if (const auto file = find_shipped(folder, value.string)) return file->string();
-    fail(where, value.at, fmt::format("{}: {}", path, explain_missing({folder}, value.string)));
+    fail_missing(where, value.at, path, explain_missing({folder}, value.string), error);
 }
 
 } // namespace obscura::config

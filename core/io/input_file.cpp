@@ -4,7 +4,9 @@
 #include "core/error.hpp"
 #include "core/io/path_state.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -63,7 +65,14 @@ InputFile open_input(const std::filesystem::path& file) {
     return in;
 }
 
+void require_permission(const std::filesystem::path& file) {
+    if (faccessat(AT_FDCWD, file.c_str(), R_OK, AT_EACCESS) == 0) return;
+    if (const int cause = errno; status_of_input(cause) == exit_no_permission)
+        throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(cause)), cause);
+}
+
 bool is_plain_fits(const std::filesystem::path& file) {
+    require_permission(file);
     if (!is_file_at(file)) return false;
     constexpr std::string_view start = "SIMPLE  =";
     note_input(file);

@@ -41,8 +41,12 @@ using InputFile = std::unique_ptr<std::FILE, CloseFile>;
 /// Opens a file that passes require_regular_file() for reading. Throws InputError.
 [[nodiscard]] InputFile open_input(const std::filesystem::path& file);
 
+/// Throws InputError with exit_no_permission if this process may not read `file` or enter a folder above it;
+/// other causes are left to what opens it, as a library that says nothing of errno.
+void require_permission(const std::filesystem::path& file);
+
 /// Whether `file` is a regular file that begins as FITS does. CFITSIO would decompress a file of gzip or
-/// compress in memory, without limit, before it looks at the header.
+/// compress in memory, without limit, before it looks at the header. Throws as require_permission().
 [[nodiscard]] bool is_plain_fits(const std::filesystem::path& file);
 
 } // namespace obscura

@@ -370,6 +370,7 @@ int wait_for_child(pid_t child) {
 } // namespace
 
 TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_per_unit, bool normals) {
+    require_permission(file);
     if (!is_file_at(file))
         throw InputError(fmt::format("{}: cannot open: a readable mesh file is wanted", file.string()));
     const Descriptor memory(memfd_create("mesh", MFD_CLOEXEC));

@@ -27,6 +27,7 @@ namespace {
 
 std::string text_of(const std::filesystem::path& file, const char* kind) {
     // The text, and what it describes.
+    require_permission(file);
     std::error_code error;
     const std::uintmax_t bytes = std::filesystem::file_size(file, error);
     if (!error) require_memory(4 * bytes, file.string());

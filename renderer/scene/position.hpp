@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 
+#include <cerrno>
 #include <string>
 #include <utility>
 
@@ -23,7 +24,7 @@ decltype(auto) at_position(const std::string& position, Build&& build) {
     } catch (const ConfigError& error) {
         throw ConfigError(placed(position, error.what()));
     } catch (const InputError& error) {
-        throw InputError(placed(position, error.what()));
+        throw InputError(placed(position, error.what()), error.status() == exit_no_permission ? EACCES : 0);
     }
 }
 

@@ -60,18 +60,40 @@ def inputs():
         if done.returncode != NO_INPUT:
             continue
         readers += 1
-        for odd in ("loop", "loop/x.toml", LONG, LONG + "/x.toml", "file/x.toml"):
+        end = ".brdf" if verb.startswith("model") else ".toml"  # the ending says what a model is of
+        for odd in ("loop" + (end if end == ".brdf" else ""), f"loop/x{end}", LONG + (end if end == ".brdf" else ""), f"{LONG}/x{end}", f"file/x{end}"):
             done = run([*verb.split(), *first, odd, *more])
             check(f"obscura {verb} {odd[:12]}: cannot be read", told(done, NO_INPUT, odd), (done.returncode, done.stderr))
-        done = run([*verb.split(), *first, "folder.toml", *more])
+        done = run([*verb.split(), *first, "folder" + end, *more])
         check(f"obscura {verb} of a folder: cannot be read", done.returncode == NO_INPUT, (done.returncode, done.stderr))
-        for odd in ("secret.toml", "locked/x.toml"):
+        for odd in ("secret" + end, "locked/x" + end):
             done = run([*verb.split(), *first, odd, *more], **NOBODY)
             # A batch is a folder, which a file is not.
             wanted = NO_INPUT if verb.startswith("batch") and odd == "secret.toml" else NO_PERMISSION
-            # What lies in a locked folder may as well not be there.
-            check(f"obscura {verb} {odd}: no permission", told(done, wanted, odd) or odd == "locked/x.toml" and told(done, NO_INPUT, odd), (done.returncode, done.stderr))
+            check(f"obscura {verb} {odd}: no permission", told(done, wanted, odd), (done.returncode, done.stderr))
     check("there are verbs that read files", readers >= 5, readers)
+
+
+def named_files():
+    """Files that scenes, cameras and command lines name, in a folder that must not be entered and of another user, whatever library reads them."""
+    body = '[camera]\nwidth = 8\nheight = 8\n{}\n[[body]]\nposition_m = [0, 0, 9]\n{}\n'
+    sphere = 'shape = "ellipsoid"\nradii_m = [1, 1, 1]\n'
+    camera = '[scene]\nfile = "scene.toml"\n[sensor.readout]\nwidth = 8\nheight = 8\n[sensor.detector]\n{} = "{}"\n'
+    scenes = {end: ("", f'shape = "mesh"\nfile = "{{}}.{end}"\nalbedo = 0.5') for end in ("obj", "stl", "ply", "3ds", "glb", "dae", "tab")}
+    scenes |= {f"albedo {end}": ("", sphere + f'albedo = 0.5\nalbedo_texture = "{{}}.{end}"') for end in ("exr", "fits", "png", "tif", "jpg")}
+    scenes["psf"] = ('psf = "table"\npsf_file = "{}.fits"', sphere + "albedo = 0.5")
+    for folder_of, stem in (("locked", "x"), ("owned", "secret")):
+        path = f"{folder_of}/{stem}"
+        for name, (head, lines) in scenes.items():
+            file = f"{folder_of}-{name.replace(' ', '-')}.toml"
+            (folder / file).write_text(body.format(head, lines).replace("{}", path))
+            done = run(["check", file], **NOBODY)
+            check(f"a scene's {name} in {path}: no permission", told(done, NO_PERMISSION, path), (done.returncode, done.stderr))
+        (folder / f"{folder_of}-map.toml").write_text(camera.format("response_map", f"{path}.fits"))
+        for words in (["check", f"{folder_of}-map.toml"], ["truth", f"{path}.fits"], ["truth", f"{path}.exr"], ["truth", f"{path}.png"],
+                      ["import", "stars", f"{path}.fits", "-o", "made"], ["import", "flight-image", f"{path}.fits", "--shape", "file.obj", "-o", "made"]):
+            done = run(words, **NOBODY)
+            check(f"obscura {' '.join(words[:3])}: no permission", told(done, NO_PERMISSION, path), (done.returncode, done.stderr))
 
 
 def outputs():
@@ -111,17 +133,27 @@ def daemon():
 with tempfile.TemporaryDirectory(prefix="obscura-statuses-") as name:
     folder = pathlib.Path(name)
     (folder / "loop").symlink_to("loop")
+    (folder / "loop.brdf").symlink_to("loop.brdf")
+    (folder / "folder.brdf").mkdir()
+    (folder / "secret.brdf").write_text("")
+    (folder / "secret.brdf").chmod(0)
     (folder / "file").write_text("no folder")
     (folder / "folder.toml").mkdir()
     (folder / "secret.toml").write_text("")
     (folder / "secret.toml").chmod(0)
     (folder / "locked").mkdir()
+    (folder / "owned").mkdir()
+    (folder / "file.obj").write_text("")
+    for end in ("obj", "stl", "ply", "3ds", "glb", "dae", "tab", "exr", "fits", "png", "tif", "jpg"):
+        (folder / "owned" / f"secret.{end}").write_text("")
+        (folder / "owned" / f"secret.{end}").chmod(0)
     (folder / "scene.toml").write_text('[camera]\nwidth = 8\nheight = 8\n[[body]]\nshape = "ellipsoid"\nradii_m = [1, 1, 1]\nalbedo = 0.5\nposition_m = [0, 0, 9]\n')
     (folder / "camera.toml").write_text('[scene]\nfile = "scene.toml"\n[sensor.readout]\nwidth = 8\nheight = 8\n')
     (folder / "stars.csv").write_text("ra_deg,dec_deg,v_mag\n1,1,1\n")
     folder.chmod(0o755)
     (folder / "locked").chmod(0o700 if NOBODY else 0)
     inputs()
+    named_files()
     outputs()
     daemon()
     (folder / "locked").chmod(0o700)

@@ -2,6 +2,7 @@
 // Verb `obscura check`: validation and plausibility of a configuration, scene or sensor file.
 #include "config/document.hpp"
 #include "config/shipped_files.hpp"
+#include "core/io/input_file.hpp"
 #include "core/io/path_state.hpp"
 #include "core/text/printable.hpp"
 #include "emulator/config/daemon_config.hpp"
@@ -147,6 +148,7 @@ private:
     /// Replaces the name of a shipped file by its path. Throws InputError if there is neither file nor name.
     void find_file() {
         if (path_exists(file_)) return;
+        require_permission(file_);
         for (const auto* folder : {&config::shipped_sensors, &config::shipped_scenes})
             if (const auto shipped = config::find_shipped(*folder, file_)) {
                 file_ = shipped->string();

@@ -40,6 +40,7 @@ public:
 
     int run() override {
         const std::filesystem::path file(file_);
+        require_permission(file);
         const bool is_default = output_.empty();
         if (is_default && !is_folder_at(file) && path_exists(file))
             throw host::UsageError(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura import flight-image`: scene file from the header of a flight image.
 #include "core/error.hpp"
+#include "core/io/input_file.hpp"
 #include "core/io/path_state.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/raw.hpp"
@@ -40,6 +41,7 @@ public:
 
     int run() override {
         const std::filesystem::path mesh = absolute_path(shape_);
+        require_permission(mesh);
         if (!is_file_at(mesh))
             throw InputError(fmt::format("{}: no such file, a mesh in Wavefront OBJ is wanted", shape_));
         const std::string scene = near_msi_scene(file_, {mesh.string(), metres_per_unit_, utc_});
