@@ -97,8 +97,12 @@ void require_pool_memory(const DaemonConfig& config, std::size_t frames, std::si
                          std::size_t rows) {
     try {
         require_memory(frames * (pixels * sizeof(std::uint16_t) + rows * sizeof(RowTime)),
-                       fmt::format("{}: daemon.pool_frames: {} frames of {} x {} pixels",
-                                   config.source.string(), frames, config.sensor.readout.width, rows));
+                       fmt::format("{}: daemon.pool_frames = {}: {} frames of {} x {} pixels{}",
+                                   config.source.string(), config.daemon.pool_frames, frames,
+                                   config.sensor.readout.width, rows,
+                                   frames > static_cast<std::size_t>(config.daemon.pool_frames)
+                                       ? ", with those that other programs may hold"
+                                       : ""));
     } catch (const InputError& error) { // of this machine, not of a file
         throw HardwareError(error.what());
     }

@@ -10,6 +10,8 @@ import atexit
 import json
 import os
 import pathlib
+import re
+import resource
 import struct
 import subprocess
 import sys
@@ -23,6 +25,7 @@ from small_daemon import SmallDaemon  # noqa: E402
 failures, processes = [], []
 atexit.register(lambda: [process.kill() for process in processes])
 PATIENCE_S = 60
+WATCHED = 3  # frames of the monitor beside those of the pool
 
 
 def check(what, good, detail=""):
@@ -111,13 +114,39 @@ def test_users(folder):
     check("it ends well", process.returncode == 0)
 
 
+def refused_pool(what, done, frames, side, limit_mib, left_mib, limit_name):
+    """That the pool is refused with figures: those that follow from the sensor, and what the limit leaves, to the program's own use."""
+    check(f"{what}: refused at the start in one line", done.returncode == 69 and len(done.stderr.splitlines()) == 2 and "starting" in done.stderr.splitlines()[0],
+          (done.returncode, done.stderr))
+    told = re.search(rf"obscurad\.toml: daemon\.pool_frames = {frames}: {frames + WATCHED} frames of {side} x {side} pixels, with those that other programs may hold: needs ([0-9.]+) MiB of memory; left are ([0-9.]+) MiB of {limit_name} \(([0-9.]+) MiB\)", done.stderr)
+    check(f"{what}: the line has the figures", told, done.stderr)
+    if told:
+        needs, left, limit = map(float, told.groups())
+        pixels_mib = (frames + WATCHED) * side * side * 2 / 2**20
+        check(f"{what}: needed are the pixels and some for each row", pixels_mib < needs < 1.01 * pixels_mib, needs)
+        check(f"{what}: the limit", limit == limit_mib, limit)
+        check(f"{what}: what is left", left_mib[0] <= left <= left_mib[1], left)
+
+
 def test_memory(folder):
     folder.mkdir()
-    daemon = SmallDaemon(folder, obscurad, source, size=(8192, 8192))
-    done = subprocess.run([obscurad, "--config", str(daemon.config)], capture_output=True, text=True, timeout=PATIENCE_S,
-                          preexec_fn=lambda: __import__("resource").setrlimit(__import__("resource").RLIMIT_DATA, (256 << 20, 256 << 20)))
-    check("too little memory is said at the start", done.returncode == 69 and "memory" in done.stderr and done.stderr.strip().count("\n") <= 3,
-          (done.returncode, done.stderr))
+    side, frames = 8192, 12
+    daemon = SmallDaemon(folder, obscurad, source, size=(side, side), tables=f"[daemon]\npool_frames = {frames}\n")
+    command = [obscurad, "--config", str(daemon.config)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (1 << 30, 1 << 30)))
+    refused_pool("a limit of the process", done, frames, side, 1024, (256, 1000), "the memory limit of the process")
+    if os.geteuid() != 0:
+        print("control groups: left out, needs root")
+        return
+    # Files in place of the kernel's, as a service with MemoryMax=1G has them: 100 MiB in use, 60 of them pages of files.
+    group = next((line[4:] for line in pathlib.Path("/proc/self/cgroup").read_text().splitlines() if line.startswith("0::/")), "")
+    script = (f'mount -t tmpfs none /sys/fs/cgroup && mkdir -p "/sys/fs/cgroup/{group}" && cd "/sys/fs/cgroup/{group}" && echo {1 << 30} > memory.max && '
+              f'echo {100 << 20} > memory.current && echo "file {60 << 20}" > memory.stat && exec "$@"')
+    done = subprocess.run(["unshare", "--mount", "sh", "-c", script, "sh", *command], capture_output=True, text=True, timeout=PATIENCE_S)
+    if "unshare" in done.stderr or "mount:" in done.stderr:
+        print(f"control groups: left out, {done.stderr.strip()}")
+        return
+    refused_pool("a control group", done, frames, side, 1024, (952, 952), "the memory limit of the control group")
 
 
 with tempfile.TemporaryDirectory(prefix="obscura-surroundings-") as name:
