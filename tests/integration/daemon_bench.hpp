@@ -122,6 +122,7 @@ public:
     ChildProcess& process() { return process_; }
     [[nodiscard]] std::string ready_text() const { return text_of(ready_); }
     [[nodiscard]] std::string statistics() const { return text_of(statistics_); }
+    [[nodiscard]] std::string log() const { return process_.err(); }
 
 private:
     std::filesystem::path ready_, statistics_;
