@@ -119,8 +119,9 @@ private:
         constexpr int points = 240;
         for (double d = std::ceil(least / degree / dec_step) * dec_step; d * degree <= most; d += dec_step) {
             if (std::abs(d) > 89.999) continue;
-            draw_curve([&](int i) { return project(ra0 + half * (2.0 * i / points - 1), d * degree); },
-                       points, degrees_text(d, dec_step));
+            draw_curve(
+                [&, ra0 = ra0](int i) { return project(ra0 + half * (2.0 * i / points - 1), d * degree); },
+                points, degrees_text(d, dec_step));
         }
         const double first = std::ceil((ra0 - half) / degree / ra_step) * ra_step;
         for (double r = first; r * degree < ra0 + half - (pole ? 1e-9 : 0); r += ra_step)
