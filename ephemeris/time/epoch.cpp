@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ephemeris/time/epoch.hpp"
 
+#include "core/time.hpp"
+
 #include <erfa.h>
 
 #include <cmath>
