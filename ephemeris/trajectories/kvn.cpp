@@ -132,11 +132,22 @@ std::string KvnBlock::name(std::string_view keyword) const {
     return capitals(required(keyword));
 }
 
+namespace {
+
+/// allowed_words() of words that may come from the file, too.
+std::string shown_words(const std::string& word, std::span<const std::string_view> allowed) {
+    std::vector<std::string> texts;
+    for (const std::string_view one : allowed)
+        texts.push_back(shown(one));
+    return allowed_words(word, {texts.begin(), texts.end()});
+}
+
+} // namespace
+
 std::string KvnBlock::choice(std::string_view keyword, std::span<const std::string_view> allowed) const {
     const std::string word = capitals(required(keyword));
     if (std::find(allowed.begin(), allowed.end(), word) == allowed.end())
-        fail(keyword,
-             fmt::format("\"{}\", {}", shown(word), allowed_words(word, {allowed.begin(), allowed.end()})));
+        fail(keyword, fmt::format("\"{}\", {}", shown(word), shown_words(word, allowed)));
     return word;
 }
 

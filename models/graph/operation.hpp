@@ -48,6 +48,7 @@ enum class Operation : std::uint8_t {
     select,
 };
 
+/// What is known of an operation.
 struct OperationRow {
     std::string_view name; ///< in listings
     int operands;

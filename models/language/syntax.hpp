@@ -31,6 +31,7 @@ enum class Type : std::uint8_t { boolean, scalar, vec2, vec3, vec4, texture };
     return types[static_cast<std::size_t>(count)];
 }
 
+/// Expression, with the expressions that it is made of.
 struct Expression {
     enum class Kind : std::uint8_t {
         number,      ///< value
@@ -50,6 +51,7 @@ struct Expression {
 };
 using ExpressionPointer = std::unique_ptr<Expression>;
 
+/// Statement, with the statements within it.
 struct Statement {
     enum class Kind : std::uint8_t {
         declare, ///< type name [= value]
@@ -67,6 +69,7 @@ struct Statement {
     std::vector<Statement> body{};
 };
 
+/// Argument of a function.
 struct Argument {
     Type type = Type::scalar;
     std::string_view name;
@@ -74,6 +77,7 @@ struct Argument {
     bool normalised = false; ///< written with $
 };
 
+/// Function of a file, with its body.
 struct Function {
     Type type = Type::scalar;
     std::string_view name;
@@ -88,6 +92,7 @@ struct Default {
     std::array<double, 4> value{};
 };
 
+/// Property, parameter or global.
 struct Declaration {
     enum class Kind : std::uint8_t { property, parameter, global };
     Kind kind = Kind::parameter;
@@ -97,6 +102,7 @@ struct Declaration {
     std::string_view remark{}; ///< comment "//! unit, min..max, help" behind it
 };
 
+/// All that a file declares.
 struct SyntaxTree {
     std::vector<Declaration> declarations;
     std::vector<Function> functions; ///< in the order of the file

@@ -15,6 +15,7 @@
 
 namespace obscura::models {
 
+/// Nodes of a value, one for each component.
 struct Value {
     Type type = Type::scalar;
     /// As many as the type has components; the first of a texture is its number, not a node.

@@ -50,7 +50,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-keys-") as temporary:
     server = web_server.Web(web, "--socket", camera.socket, "--role", "admin")
     end = time.monotonic() + web_server.PATIENCE_S
     state = {"daemons": []}
-    while not state["daemons"] and time.monotonic() < end:
+    # A daemon answers before its cameras are there.
+    while not any(daemon["cameras"] for daemon in state["daemons"]) and time.monotonic() < end:
         time.sleep(0.1)
         state = json.loads(server.ask("/api/v1/state").text)
     base = f"/api/v1/cameras/{state['daemons'][0]['cameras'][0]['id']}"

@@ -25,7 +25,8 @@ int clock_gettime(clockid_t clock, struct timespec* now) {
     static int (*real)(clockid_t, struct timespec*);
     if (real == NULL) real = (int (*)(clockid_t, struct timespec*))dlsym(RTLD_NEXT, "clock_gettime");
     const int result = real(clock, now);
-    if (result == 0 && shift_s != NULL && (clock == CLOCK_REALTIME || clock == CLOCK_TAI || clock == CLOCK_REALTIME_COARSE))
+    if (result == 0 && shift_s != NULL &&
+        (clock == CLOCK_REALTIME || clock == CLOCK_TAI || clock == CLOCK_REALTIME_COARSE))
         now->tv_sec += *shift_s;
     return result;
 }

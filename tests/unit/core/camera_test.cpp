@@ -31,7 +31,7 @@ TEST_CASE("settings outside the limits are named with what is allowed") {
     CHECK(complaint([](auto& s) { s.region.height = 0; }) == "Height 0: allowed 1 to 512 in steps of 1");
     CHECK(complaint([](auto& s) { s.region.x = 968; }) == "OffsetX 968: allowed 0 to 960 in steps of 8");
     CHECK(complaint([](auto& s) { s.region.y = -1; }) == "OffsetY -1: allowed 0 to 448 in steps of 1");
-    CHECK(complaint([](auto& s) { s.exposure_ns = 0; }) == "ExposureTime 0 us: allowed 1 to 10000000");
+    CHECK(complaint([](auto& s) { s.exposure_ns = 0; }) == "ExposureTime 0 us: allowed 1 to 3600000000");
     CHECK(complaint([](auto& s) { s.gain_db = NAN; }) == "Gain nan dB: allowed 0 to 24");
     CHECK(complaint([](auto& s) { s.frame_rate_hz = 1e9; }) ==
           "AcquisitionFrameRate 1000000000 Hz: allowed 0.01 to 1000");
@@ -108,7 +108,8 @@ TEST_CASE("several windows are checked one by one and together") {
     CHECK(composed_size(s) == ImageSize{64, 24});
     CHECK(complaint({good, {{60, 0, 5, 5}}}) == "window 1: OffsetX 60: allowed 0 to 59 in steps of 1");
     CHECK(complaint({good, {{0, 0, 5, 0}}}) == "window 1: Height 0: allowed 1 to 48 in steps of 1");
-    CHECK(complaint({good, {{0, 0, 5, 5}, -1}}) == "window 1: ExposureTime -0.001 us: allowed 1 to 10000000");
+    CHECK(complaint({good, {{0, 0, 5, 5}, -1}}) ==
+          "window 1: ExposureTime -0.001 us: allowed 1 to 3600000000");
     CHECK(complaint({{{0, 0, 5, 5}, 1'000'000, Sampling::destructive, 2}}) == "reads 2: allowed 1 to 1");
     CHECK(complaint({good, {{0, 0, 5, 5}, 1'000'000, Sampling::ramp, 1}}) ==
           "window 1: reads 1: allowed 2 to 64");

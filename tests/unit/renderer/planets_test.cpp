@@ -48,7 +48,9 @@ TEST_CASE("A scene's planet takes heights or radii, and says what is wrong with 
     p.relief.heights = {whole_body_map(write("heights.fits", 16, 8, 50))};
     CHECK_THAT(distance_to(*shape_of(p), {0, 0, 2000}, {0, 0, -1}), WithinAbs(1150, 1e-3));
     CHECK_THAT(distance_to(*shape_of(p), {0, -2000, 0}, {0, 1, 0}), WithinAbs(1050, 1e-3));
-    CHECK(shape_of(p)->notes().empty());
+    // One on the range of the map.
+    REQUIRE(shape_of(p)->notes().size() == 1);
+    CHECK_THAT(shape_of(p)->notes()[0], ContainsSubstring("heights.fits"));
     p.relief.heights[0].map.scale_m = 2;
     CHECK_THAT(distance_to(*shape_of(p), {2000, 0, 0}, {-1, 0, 0}), WithinAbs(900, 1e-3));
     p.relief.heights = {whole_body_map(write("radii.fits", 16, 8, 950))};
@@ -75,8 +77,8 @@ TEST_CASE("A scene's planet takes heights or radii, and says what is wrong with 
     patch.feather_m = 20;
     CHECK_THAT(distance_to(*shape_of(p), {2000, 0, 0}, {-1, 0, 0}), WithinAbs(940, 1e-3));
     CHECK_THAT(distance_to(*shape_of(p), {-2000, 0, 0}, {1, 0, 0}), WithinAbs(950, 1e-3));
-    REQUIRE(shape_of(p)->notes().size() == 1);
-    CHECK_THAT(shape_of(p)->notes()[0], ContainsSubstring("mean 10.00 m, rms 10.00 m; blended over 20 m"));
+    REQUIRE(shape_of(p)->notes().size() == 3); // two on the maps, then the overlap
+    CHECK_THAT(shape_of(p)->notes()[2], ContainsSubstring("mean 10.00 m, rms 10.00 m; blended over 20 m"));
     // A plane, with and without a map.
     TerrainParameters plane;
     plane.half_edge_m = 50;

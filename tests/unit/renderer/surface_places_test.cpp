@@ -215,7 +215,7 @@ TEST_CASE("look_at takes a landmark, which stays in the principal point while it
         }
     CHECK(files.refusal(std::string("[camera]\nlook_at = \"gael\"\n") + mars + landmarks) ==
           "s.toml:2:11: camera.look_at: \"gael\" is no body or landmark of the scene; there are mars, gale, "
-          "peak, graphic, sun");
+          "peak, graphic, sun; did you mean \"gale\"?");
 }
 
 TEST_CASE("what does not fit a place on a body is refused with file, key and what is allowed") {

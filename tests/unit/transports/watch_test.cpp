@@ -63,6 +63,8 @@ TEST_CASE("nothing is copied while nobody looks, and the last frame is there for
     CHECK(seen->number == 5);
     CHECK(seen->rows == height);
     CHECK(std::all_of(seen->pixels.begin(), seen->pixels.end(), [](std::uint16_t dn) { return dn == 5; }));
+    for (int i = 0; i < 1000 && unseen.pool.in_use() > 0; ++i) // given back by the thread that copied it
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
     CHECK(unseen.pool.in_use() == 0);
     // It stays, however often it is asked for, and by its id.
     CHECK(unseen.newest(0)->number == 5);
