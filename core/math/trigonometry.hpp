@@ -61,19 +61,7 @@ inline Number vector_asin(Number x) {
     // asin z = z sum c_n z^2n on |z| <= 1/2; beyond, asin x = pi/2 - 2 asin sqrt((1-x)/2).
     const Number z2 = select(outer, (Number(1) - a) / 2.0, a * a);
     const Number z = select(outer, square_root(z2), a);
-    constexpr std::array<double, 25> series = [] {
-        std::array<double, 25> c{};
-        double binomial = 1; // (2n)! / (4^n n!^2)
-        for (int n = 0; n < 25; ++n) {
-            c[static_cast<std::size_t>(24 - n)] = binomial / (2 * n + 1);
-            binomial *= (2.0 * n + 1) / (2.0 * n + 2);
-        }
-        return c;
-    }();
-    Number p = 0.0;
-    for (const double c : series)
-        p = p * z2 + c;
-    const Number asin_z = z * p;
+    const Number asin_z = z * arc_sine_series<25>(z2);
     const Number asin_a = select(outer, Number(1.5707963267948966) - asin_z * 2.0, asin_z);
     return select(negative, -asin_a, asin_a);
 }

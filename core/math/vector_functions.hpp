@@ -83,17 +83,13 @@ inline double quick_exp(double x) {
     for (const double c :
          std::array<double, 8>{1.0 / 5040, 1.0 / 720, 1.0 / 120, 1.0 / 24, 1.0 / 6, 1.0 / 2, 1.0, 1.0})
         p = p * r + c;
-    const auto exponent = (std::bit_cast<std::uint64_t>(shifted) + 1023) << 52;
-    return p * std::bit_cast<double>(exponent);
+    return p * power_of_two(shifted);
 }
 
 /// ln(1 + 1/x) within 2e-11 of itself for 1e-300 < x < 10.
 inline double quick_log_1_plus_inverse(double x) {
-    const double y = (1 + x) / x;
-    constexpr std::uint64_t sqrt_half = 0x3fe6a09e667f3bcd;
-    const std::uint64_t u = std::bit_cast<std::uint64_t>(y) + (0x3ff0000000000000 - sqrt_half);
-    const double m = std::bit_cast<double>((u & 0x000fffffffffffff) + sqrt_half);
-    const double k = std::bit_cast<double>((u >> 52) | 0x4330000000000000) - (0x1p52 + 1023);
+    double m = 1, k = 0;
+    split((1 + x) / x, m, k);
     const double f = (m - 1) / (m + 1);
     const double s = f * f;
     double p = 1.0 / 13;
@@ -115,6 +111,24 @@ inline double quick_acos(double x) {
     return x < 0 ? 3.141592653589793 - acos_a : acos_a;
 }
 
+/// The first terms of (arc sine z) / z as a polynomial in z^2, for |z| <= 1/2.
+template<int Terms, typename Number>
+[[gnu::always_inline]] inline Number arc_sine_series(Number z2) {
+    constexpr std::array<double, Terms> series = [] {
+        std::array<double, Terms> c{};
+        double binomial = 1; // (2n)! / (4^n n!^2)
+        for (int n = 0; n < Terms; ++n) {
+            c[static_cast<std::size_t>(Terms - 1 - n)] = binomial / (2 * n + 1);
+            binomial *= (2.0 * n + 1) / (2.0 * n + 2);
+        }
+        return c;
+    }();
+    Number p = 0.0;
+    for (const double c : series)
+        p = p * z2 + c;
+    return p;
+}
+
 /// Arc cosine within 1e-13 rad, x clamped to [-1, 1].
 template<typename Number>
 inline Number vector_acos(Number x) {
@@ -126,19 +140,7 @@ inline Number vector_acos(Number x) {
     // asin z = z sum c_n z^2n on |z| <= 1/2; beyond, acos x = 2 asin sqrt((1-x)/2).
     const Number z2 = select(outer, (Number(1) - a) / 2.0, a * a);
     const Number z = square_root(z2); // of a square this is a itself
-    constexpr std::array<double, 22> series = [] {
-        std::array<double, 22> c{};
-        double binomial = 1; // (2n)! / (4^n n!^2)
-        for (int n = 0; n < 22; ++n) {
-            c[static_cast<std::size_t>(21 - n)] = binomial / (2 * n + 1);
-            binomial *= (2.0 * n + 1) / (2.0 * n + 2);
-        }
-        return c;
-    }();
-    Number p = 0.0;
-    for (const double c : series)
-        p = p * z2 + c;
-    const Number asin_z = z * p;
+    const Number asin_z = z * arc_sine_series<22>(z2);
     constexpr double pi = 3.141592653589793;
     const Number acos_a = select(outer, asin_z * 2.0, Number(pi / 2) - asin_z);
     return select(negative, Number(pi) - acos_a, acos_a);
