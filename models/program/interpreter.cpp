@@ -1,23 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The interpreter: one dispatch for each instruction and up to 128 lanes.
+#include "core/math/vector_clones.hpp"
 #include "models/program/program.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
-// As in renderer/packets/packet.hpp, with all that a loop calls made part of it.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(OBSCURA_SANITIZED)
-#define OBSCURA_INTERPRETER_CLONES                                                                           \
-    __attribute__((flatten, target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define OBSCURA_INTERPRETER_CLONES
-#endif
-
 namespace obscura::models {
 namespace {
 
-/// Operand of the lanes in work: an array, or the first number of it for all lanes.
+/// Operand of an instruction: an array with a number for each lane, or one number for all lanes.
 struct Source {
     const double* values;
     bool same;
@@ -164,9 +157,11 @@ constexpr std::size_t scratch_numbers = 8192;
 
 } // namespace
 
-OBSCURA_INTERPRETER_CLONES void Program::run_block(const double* uniforms, const double* const* inputs,
-                                                   double* const* outputs, std::size_t first,
-                                                   std::size_t lanes) const noexcept {
+/// With all that it calls made part of it, so that each clone has its own.
+[[gnu::flatten]] OBSCURA_VECTOR_CLONES void Program::run_block(const double* uniforms,
+                                                               const double* const* inputs,
+                                                               double* const* outputs, std::size_t first,
+                                                               std::size_t lanes) const noexcept {
     alignas(64) double scratch[scratch_numbers];
     const auto source = [&](const Operand& o) -> Source {
         switch (o.kind) {

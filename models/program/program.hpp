@@ -32,7 +32,7 @@ class Program {
 public:
     /// Lanes come in multiples of this.
     static constexpr std::size_t lane_step = 16;
-    /// Most lanes in work at a time; fewer where a program has many values in use at once.
+    /// Lanes per block; fewer where a program has many values in use at once.
     static constexpr std::size_t max_lanes = 128;
     static constexpr std::size_t max_slots = 512;
 
