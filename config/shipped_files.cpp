@@ -72,9 +72,8 @@ std::string explain_missing(std::initializer_list<ShippedFolder> folders, std::s
         all.insert(all.end(), names.begin(), names.end());
     }
     if (kinds.empty()) return "no such file";
-    const auto close = closest_word(name, {all.begin(), all.end()});
     return fmt::format("no such file, and no shipped {}: there are {}{}", fmt::join(kinds, " or "),
-                       fmt::join(lists, "; "), close ? fmt::format("; did you mean \"{}\"?", *close) : "");
+                       fmt::join(lists, "; "), did_you_mean(name, {all.begin(), all.end()}));
 }
 
 fs::path file_or_shipped(const ShippedFolder& folder, const std::string& name) {

@@ -47,10 +47,14 @@ std::string suggestion(std::string_view word, const std::vector<std::string_view
     return fmt::format("allowed {}", known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
 }
 
-std::string allowed_words(std::string_view word, const std::vector<std::string_view>& known) {
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known) {
     const auto best = closest_word(word, known);
+    return best ? fmt::format("; did you mean \"{}\"?", *best) : "";
+}
+
+std::string allowed_words(std::string_view word, const std::vector<std::string_view>& known) {
     return fmt::format("allowed {}{}", known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")),
-                       best ? fmt::format("; did you mean \"{}\"?", *best) : "");
+                       did_you_mean(word, known));
 }
 
 } // namespace obscura

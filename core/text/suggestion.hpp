@@ -16,6 +16,9 @@ namespace obscura {
 /// `did you mean "rate_hz"?`, or `allowed a, b, c` when no known word is close.
 [[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string_view>& known);
 
+/// `; did you mean "rate_hz"?`, or nothing when no known word is close: for the end of a message.
+[[nodiscard]] std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known);
+
 /// `allowed a, b, c`, with `; did you mean "b"?` when a known word is close: for words from a list that
 /// people want to see whole.
 [[nodiscard]] std::string allowed_words(std::string_view word, const std::vector<std::string_view>& known);

@@ -24,8 +24,7 @@ std::string nearest_feature(std::string_view name, const nlohmann::json& feature
     std::vector<std::string_view> known;
     for (const auto& [feature, unused] : features.items())
         known.push_back(feature);
-    const auto closest = closest_word(name, known);
-    return closest ? fmt::format("; did you mean \"{}\"?", *closest) : "";
+    return did_you_mean(name, known);
 }
 
 using nlohmann::json;

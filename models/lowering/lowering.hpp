@@ -94,7 +94,8 @@ private:
     }
     void visit(Place at);
     [[noreturn]] void fail(Place at, std::string what);
-    [[nodiscard]] std::string did_you_mean(std::string_view word, std::vector<std::string_view> known) const;
+    [[nodiscard]] static std::string nearest(std::string_view name,
+                                             const std::vector<std::string_view>& known);
 
     const SyntaxTree& tree_;
     Graph& graph_;

@@ -75,8 +75,7 @@ Value Lowering::name(const Expression& e, Flow& flow) {
         known.push_back(v.name);
     for (const NamedValue& n : names_)
         known.push_back(n.name);
-    fail(e.at,
-         fmt::format("'{}' is not declared{}", printable(e.text), did_you_mean(e.text, std::move(known))));
+    fail(e.at, fmt::format("'{}' is not declared{}", printable(e.text), nearest(e.text, known)));
 }
 
 Value Lowering::member(const Expression& e, Flow& flow) {
@@ -249,8 +248,7 @@ Value Lowering::call_expression(const Expression& e, Flow& flow) {
                                  : fmt::format("'{}' must stand before its use", f.name));
         if (&f != own) known.push_back(f.name);
     }
-    fail(e.at, fmt::format("there is no function '{}'{}", printable(e.text),
-                           did_you_mean(e.text, std::move(known))));
+    fail(e.at, fmt::format("there is no function '{}'{}", printable(e.text), nearest(e.text, known)));
 }
 
 } // namespace obscura::models

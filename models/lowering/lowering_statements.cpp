@@ -27,10 +27,8 @@ void Lowering::visit(Place at) {
     }
 }
 
-std::string Lowering::did_you_mean(std::string_view word, std::vector<std::string_view> known) const {
-    if (word.size() < 2) return ""; // any letter is close to another
-    const auto closest = closest_word(word, known);
-    return closest ? fmt::format("; did you mean \"{}\"?", *closest) : "";
+std::string Lowering::nearest(std::string_view name, const std::vector<std::string_view>& known) {
+    return name.size() < 2 ? "" : did_you_mean(name, known); // any letter is close to another
 }
 
 std::optional<Value> Lowering::result_of_call(const Function& function, std::vector<Value> arguments) {
@@ -132,8 +130,7 @@ void Lowering::assign(const Statement& s, Flow& flow) {
         std::vector<std::string_view> known;
         for (const Variable& v : flow.variables)
             known.push_back(v.name);
-        fail(s.at, fmt::format("'{}' is not declared{}", printable(s.name),
-                               did_you_mean(s.name, std::move(known))));
+        fail(s.at, fmt::format("'{}' is not declared{}", printable(s.name), nearest(s.name, known)));
     }
     const auto index = static_cast<std::size_t>(variable - flow.variables.data());
     const Type type = variable->value.type;

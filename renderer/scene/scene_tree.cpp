@@ -132,10 +132,8 @@ std::string explain_missing_target(const Scene& scene, const Motion& motion) {
         names += fmt::format("{}, ", landmark.name);
         known.push_back(landmark.name);
     }
-    const auto closest = closest_word(motion.aim->body, known);
     return fmt::format("\"{}\" is no body or landmark of the scene; there are {}{}{}",
-                       printable(motion.aim->body), names, sun_name,
-                       closest ? fmt::format("; did you mean \"{}\"?", *closest) : "");
+                       printable(motion.aim->body), names, sun_name, did_you_mean(motion.aim->body, known));
 }
 
 } // namespace obscura::scene

@@ -62,9 +62,7 @@ std::string allowed(const Parameter& field) {
 /// "; did you mean ...?" of a word that is none of the field's choices, if one is close.
 std::string nearest(const Parameter& field, const Json& value) {
     if (!value.is_string() || field.choices.empty()) return {};
-    const auto closest =
-        closest_word(value.get_ref<const std::string&>(), {field.choices.begin(), field.choices.end()});
-    return closest ? fmt::format("; did you mean \"{}\"?", *closest) : "";
+    return did_you_mean(value.get_ref<const std::string&>(), {field.choices.begin(), field.choices.end()});
 }
 
 const Parameter& field_row(std::string_view name, std::span<const Parameter> fields) {
