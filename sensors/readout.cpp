@@ -16,7 +16,7 @@
 namespace obscura::sensors {
 namespace {
 
-constexpr std::int64_t max_exposure_ns = 1'000'000 * ns_per_s;
+constexpr std::int64_t computed_exposure_max_ns = 1'000'000 * ns_per_s;
 constexpr std::int64_t max_row_ns = 10 * ns_per_s;
 
 std::string refuse(const ReadoutSettings& s) {
@@ -84,7 +84,7 @@ std::string normalise(const ReadoutSettings& s, std::size_t index, WindowRequest
             return fmt::format("window {}: nothing of it lies on the {}x{} array", index, s.width, s.height);
         flags |= window_cropped;
     }
-    const std::int64_t longest_ns = s.exposure_max_ns > 0 ? s.exposure_max_ns : max_exposure_ns;
+    const std::int64_t longest_ns = s.exposure_max_ns > 0 ? s.exposure_max_ns : computed_exposure_max_ns;
     if (request.exposure_ns <= 0 || request.exposure_ns > longest_ns)
         return fmt::format("window {}: ExposureTime: {} ns, above 0 and at most {} ns is allowed{}", index,
                            request.exposure_ns, longest_ns,
@@ -334,7 +334,7 @@ void plan_common_exposure(const ReadoutSettings& s, std::span<const WindowReques
     // All windows have the exposure of the first one.
     const std::int64_t step = s.exposure_step_ns;
     const std::int64_t longest =
-        lines ? line_ns - (s.reset_instant_ns - s.sample_instant_ns) : max_exposure_ns + step;
+        lines ? line_ns - (s.reset_instant_ns - s.sample_instant_ns) : computed_exposure_max_ns + step;
     std::int64_t exposure = ceil_div(windows[0].exposure_ns, step) * step;
     if (exposure > longest) exposure = std::max(longest / step, std::int64_t{1}) * step;
 

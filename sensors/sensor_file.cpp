@@ -2,6 +2,7 @@
 #include "sensors/sensor_file.hpp"
 
 #include "config/shipped_files.hpp"
+#include "core/camera/camera.hpp"
 #include "core/camera/pixel_pitch.hpp"
 #include "core/camera/setting_table.hpp"
 #include "sensors/response_pattern.hpp"
@@ -192,7 +193,7 @@ config::Keys keys_of(ReadoutSettings& s) {
             .help("Global shutter and push-broom: increment of the exposure time"),
         config::key("exposure_max_ns", &s.exposure_max_ns)
             .unit("ns")
-            .range(0, 3.6e12)
+            .range(0, static_cast<double>(max_exposure_ns))
             .help(
                 "Longest exposure that the chip's own counter holds; 0: it has none, the host times exposures"),
         config::key("line_rate_hz", &s.line_rate_hz)

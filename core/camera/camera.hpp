@@ -113,6 +113,11 @@ struct ImageSize {
 /// read adds rows of its own.
 [[nodiscard]] ImageSize composed_size(const CameraSettings& settings);
 
+/// Longest exposure that a camera accepts. A chip whose counter holds less has less.
+inline constexpr std::int64_t max_exposure_ns = 3600 * ns_per_s;
+/// Longest wait for a frame: the longest exposure, and a minute for its readout and rendering.
+inline constexpr double max_frame_wait_s = static_cast<double>(max_exposure_ns) / ns_per_s + 60;
+
 /// Limits of CameraSettings; constant for the life of the camera.
 struct CameraLimits {
     std::int32_t sensor_width = 0, sensor_height = 0;
@@ -124,7 +129,7 @@ struct CameraLimits {
     bool strict = true;        ///< windows must lie on the sensor; otherwise the chip crops them
     std::array<LineEdges, line_count> lines{LineEdges{.rising = true}};
     int adc_bits = 12;
-    std::int64_t exposure_min_ns = 1000, exposure_max_ns = 3600 * ns_per_s;
+    std::int64_t exposure_min_ns = 1000, exposure_max_ns = max_exposure_ns;
     double gain_min_db = 0, gain_max_db = 24;
     double frame_rate_min_hz = 0.01, frame_rate_max_hz = 1000;
     double black_level_min_dn = 0, black_level_max_dn = 0; ///< equal: fixed

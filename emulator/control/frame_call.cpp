@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/frame_call.hpp"
 
+#include "core/camera/camera.hpp"
 #include "core/camera/frame_record.hpp"
 #include "host/frame_members.hpp"
 #include "transports/watch/watch.hpp"
@@ -38,7 +39,7 @@ struct Arguments {
                      "Only a frame whose `number` is larger: that of the frame that the client has seen last; 0: any"),
              config::key("wait_s", &wait_s)
                  .unit("s")
-                 .range(0, 3660)
+                 .range(0, max_frame_wait_s)
                  .help("Longest wait for such a frame; an exposure can last an hour"),
              config::key("codec", &codec).help("How the pixels are compressed")}};
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/probe_call.hpp"
 
+#include "core/camera/camera.hpp"
 #include "emulator/control/frame_call.hpp"
 #include "transports/watch/watch.hpp"
 
@@ -39,7 +40,7 @@ struct ProbeFrameArguments {
                      .help("Number of the frame in its acquisition, one of the newest; 0: the newest"),
                  config::key("wait_s", &wait_s)
                      .unit("s")
-                     .range(0, 3660)
+                     .range(0, max_frame_wait_s)
                      .help("Longest wait for a frame where none was looked at")}};
     }
 };

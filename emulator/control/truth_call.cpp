@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/control/truth_call.hpp"
 
+#include "core/camera/camera.hpp"
 #include "core/error.hpp"
 #include "emulator/camera/frame_overlays.hpp"
 #include "transports/watch/watch.hpp"
@@ -43,7 +44,7 @@ struct TruthArguments {
                      .help("Number of the frame, one of the latest that were looked at; 0: the newest"),
                  config::key("wait_s", &wait_s)
                      .unit("s")
-                     .range(0, 3660)
+                     .range(0, max_frame_wait_s)
                      .help("Longest wait for a frame where none was looked at")}};
     }
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura grab`: GigE Vision client that receives, measures and saves frames.
+#include "core/camera/camera.hpp"
 #include "core/text/printable.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "host/interrupt.hpp"
@@ -115,7 +116,8 @@ public:
                     "Set TriggerSource Software and execute TriggerSoftware at this rate (0: leave as set)",
                     0, 10000);
         line.number("--exposure-us", &exposure_us_, "US",
-                    "Set ExposureTime to this many microseconds (0: leave as set)", 0, 3.6e9);
+                    "Set ExposureTime to this many microseconds (0: leave as set)", 0,
+                    static_cast<double>(max_exposure_ns) / ns_per_us);
         line.number("--gain-db", &gain_db_, "DB", "Set Gain to this many decibels (-1: leave as set)", -1,
                     100);
         line.option("--pixel-format", &pixel_format_, "FORMAT",

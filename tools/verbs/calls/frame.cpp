@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura frame`: saves frames of a running camera.
+#include "core/camera/camera.hpp"
 #include "host/answer_cards.hpp"
 #include "host/interrupt.hpp"
 #include "images/writers/raw.hpp"
@@ -39,7 +40,8 @@ public:
             .choices = {"png", "fits", "raw", "json"};
         line.number("-n,--count", &count_, "N", "Number of frames", 1, 1e9);
         line.flag("--follow", follow_, "Save every new frame until interrupted");
-        line.number("--wait", &wait_s_, "S", "Give up when no frame comes for so many seconds", 0, 60);
+        line.number("--wait", &wait_s_, "S", "Give up when no frame comes for so many seconds", 0,
+                    max_frame_wait_s);
         declare_daemon(line);
         line.flag("--json", json_, "Print the metadata of each frame as one JSON object a line");
         line.examples = {"obscura frame -o now.png",
@@ -60,7 +62,8 @@ protected:
         fields["wait_s"] = wait_s_;
         if (which_ != "latest") fields["number"] = number();
         FrameNames names("frame", output_, format_, follow_ || count_ > 1);
-        const auto calls = connect();
+        // The daemon answers when the wait is over at the latest.
+        const auto calls = connect(wait_s_ + 30);
         for (std::uint64_t saved = 0; (follow_ || saved < count_) && !host::interrupted(); ++saved) {
             host::CallAnswer frame;
             try {
