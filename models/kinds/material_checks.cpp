@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "models/kinds/material_checks.hpp"
 
+#include "core/units.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,8 +37,8 @@ struct ScatterGrid {
     static double cosine(std::size_t i) { return std::sqrt((static_cast<double>(i) + 0.5) / grid); }
     static double azimuth(std::size_t m) { return std::numbers::pi * (static_cast<double>(m) + 0.5) / grid; }
     [[nodiscard]] ScatterAngles angles(std::size_t index) const {
-        return {std::acos(in[index]) * 180 / std::numbers::pi, std::acos(out[index]) * 180 / std::numbers::pi,
-                azimuth(index % grid) * 180 / std::numbers::pi};
+        return {std::acos(in[index]) / degree, std::acos(out[index]) / degree,
+                azimuth(index % grid) / degree};
     }
 };
 
@@ -87,8 +89,7 @@ MaterialReport report_on(const MaterialProgram& law, double varied) {
     const auto largest = std::max_element(albedos.begin(), albedos.end());
     report.largest_albedo = *largest;
     report.largest_albedo_at_deg =
-        std::acos(ScatterGrid::cosine(static_cast<std::size_t>(largest - albedos.begin()))) * 180 /
-        std::numbers::pi;
+        std::acos(ScatterGrid::cosine(static_cast<std::size_t>(largest - albedos.begin()))) / degree;
     return report;
 }
 

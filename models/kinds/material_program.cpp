@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -256,7 +257,7 @@ void MaterialProgram::find_proportion(const MaterialParameters& parameters) {
         rows[0][i] = uniform(i, 0);
         rows[1][i] = 1e-3 + 0.999 * uniform(i, 1);
         const double sines = std::sqrt((1 - rows[0][i] * rows[0][i]) * (1 - rows[1][i] * rows[1][i]));
-        rows[2][i] = rows[0][i] * rows[1][i] + sines * std::cos(3.141592653589793 * uniform(i, 2));
+        rows[2][i] = rows[0][i] * rows[1][i] + sines * std::cos(std::numbers::pi * uniform(i, 2));
         for (std::size_t k = 0; k < varied_; ++k)
             varied[k][i] = uniform(i, static_cast<std::uint32_t>(3 + k));
     }

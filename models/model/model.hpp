@@ -2,6 +2,7 @@
 // A model that a user has written in SuMoL: its text, parameters, properties and functions.
 #pragma once
 
+#include "core/units.hpp"
 #include "models/language/findings.hpp"
 #include "models/language/syntax.hpp"
 #include "models/lowering/value.hpp"
@@ -10,7 +11,6 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,7 +30,7 @@ struct Parameter {
     Place at{};
 
     /// Factor from `unit` to what the text sees: angles in degrees are radians there.
-    [[nodiscard]] double si() const noexcept { return unit == "deg" ? std::numbers::pi / 180 : 1; }
+    [[nodiscard]] double si() const noexcept { return unit == "deg" ? degree : 1; }
 };
 
 /// A value that a model tells the renderer about itself.

@@ -29,28 +29,37 @@ renderer::ModelMaterialParameters chosen_law(const std::string& file,
     return p;
 }
 
-double LawAngles::cos_phase() const {
+LawCosines LawAngles::cosines() const {
     const double i = incidence_deg * degree, e = emission_deg * degree;
-    return std::cos(i) * std::cos(e) + std::sin(i) * std::sin(e) * std::cos(azimuth_deg * degree);
+    return {std::cos(i), std::cos(e),
+            std::cos(i) * std::cos(e) + std::sin(i) * std::sin(e) * std::cos(azimuth_deg * degree)};
 }
 
 double LawAngles::phase_deg() const {
-    return std::acos(std::clamp(cos_phase(), -1.0, 1.0)) / degree;
+    return std::acos(std::clamp(cosines().phase, -1.0, 1.0)) / degree;
 }
 
-std::vector<double> law_values(const renderer::Material& law, const std::vector<LawAngles>& angles) {
-    std::vector<double> values;
-    for (std::size_t first = 0; first < angles.size(); first += renderer::packet_size) {
-        renderer::ScatterPacket s;
+std::vector<renderer::ScatterPacket> packets_of(const std::vector<LawCosines>& directions) {
+    std::vector<renderer::ScatterPacket> packets;
+    for (std::size_t first = 0; first < directions.size(); first += renderer::packet_size) {
+        renderer::ScatterPacket& s = packets.emplace_back();
         for (int i = 0; i < renderer::packet_size; ++i) {
-            const LawAngles& a = angles[std::min(first + static_cast<std::size_t>(i), angles.size() - 1)];
-            s.cos_in[i] = std::cos(a.incidence_deg * degree);
-            s.cos_out[i] = std::cos(a.emission_deg * degree);
-            s.cos_phase[i] = a.cos_phase();
+            const LawCosines& d =
+                directions[std::min(first + static_cast<std::size_t>(i), directions.size() - 1)];
+            s.cos_in[i] = d.in;
+            s.cos_out[i] = d.out;
+            s.cos_phase[i] = d.phase;
         }
+    }
+    return packets;
+}
+
+std::vector<double> law_values(const renderer::Material& law, const std::vector<LawCosines>& directions) {
+    std::vector<double> values;
+    for (const renderer::ScatterPacket& s : packets_of(directions)) {
         renderer::Doubles r;
         law.reflectance(s, r);
-        for (int i = 0; i < renderer::packet_size && values.size() < angles.size(); ++i)
+        for (int i = 0; i < renderer::packet_size && values.size() < directions.size(); ++i)
             values.push_back(r[i]);
     }
     return values;

@@ -15,15 +15,23 @@ namespace obscura::tools {
 [[nodiscard]] renderer::ModelMaterialParameters chosen_law(const std::string& file,
                                                            const std::vector<std::string>& settings);
 
+/// Directions of light and camera by the cosines that a law takes.
+struct LawCosines {
+    double in = 1, out = 1, phase = 1;
+};
+
 /// Directions of light and camera by their angles to the normal and between their planes, degrees.
 struct LawAngles {
     double incidence_deg = 0, emission_deg = 0, azimuth_deg = 0;
-    [[nodiscard]] double cos_phase() const;
+    [[nodiscard]] LawCosines cosines() const;
     [[nodiscard]] double phase_deg() const;
 };
 
-/// BRDF times the cosine of incidence, 1/sr, at each of `angles`.
+/// `directions` in packets; the last one is filled up with the last direction.
+[[nodiscard]] std::vector<renderer::ScatterPacket> packets_of(const std::vector<LawCosines>& directions);
+
+/// BRDF times the cosine of incidence, 1/sr, at each of `directions`.
 [[nodiscard]] std::vector<double> law_values(const renderer::Material& law,
-                                             const std::vector<LawAngles>& angles);
+                                             const std::vector<LawCosines>& directions);
 
 } // namespace obscura::tools

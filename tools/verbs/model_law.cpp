@@ -16,6 +16,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 namespace obscura::tools {
@@ -53,8 +54,8 @@ public:
     }
 
     int run() override {
-        const double r = law_values(arguments_.law(), {angles_})[0];
-        const double factor = 3.141592653589793 * r;
+        const double r = law_values(arguments_.law(), {angles_.cosines()})[0];
+        const double factor = std::numbers::pi * r;
         if (json_)
             fmt::print("{}\n", nlohmann::json{{"phase_deg", angles_.phase_deg()},
                                               {"r_per_sr", r},
@@ -144,17 +145,15 @@ private:
     /// Least time of 60 repeats, a sample.
     static double nanoseconds(const renderer::Material& law) {
         constexpr int packets = 64;
-        std::vector<renderer::ScatterPacket> in(packets);
-        for (int k = 0; k < packets; ++k)
-            for (int i = 0; i < renderer::packet_size; ++i) {
-                const double share =
-                    (k * renderer::packet_size + i + 0.5) / (packets * renderer::packet_size);
-                const LawAngles a{80 * share, 80 * std::fmod(share * 37, 1.0),
-                                  180 * std::fmod(share * 91, 1.0)};
-                in[static_cast<std::size_t>(k)].cos_in[i] = std::cos(a.incidence_deg * 0.017453292519943295);
-                in[static_cast<std::size_t>(k)].cos_out[i] = std::cos(a.emission_deg * 0.017453292519943295);
-                in[static_cast<std::size_t>(k)].cos_phase[i] = a.cos_phase();
-            }
+        constexpr int samples = packets * renderer::packet_size;
+        std::vector<LawCosines> directions;
+        for (int i = 0; i < samples; ++i) {
+            const double share = (i + 0.5) / samples;
+            directions.push_back(
+                LawAngles{80 * share, 80 * std::fmod(share * 37, 1.0), 180 * std::fmod(share * 91, 1.0)}
+                    .cosines());
+        }
+        const std::vector<renderer::ScatterPacket> in = packets_of(directions);
         double best = std::numeric_limits<double>::infinity();
         volatile double sink = 0;
         for (int repeat = 0; repeat < 60; ++repeat) {
@@ -167,7 +166,7 @@ private:
             }
             sink = sum;
             const std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - begin;
-            best = std::min(best, took.count() / (20.0 * packets * renderer::packet_size));
+            best = std::min(best, took.count() / (20.0 * samples));
         }
         (void)sink;
         return best;
