@@ -6,6 +6,7 @@ follows no rule.
 Usage: status_test.py OBSCURAD OBSCURA SOURCE-DIRECTORY
 Exit status 1 if a check failed.
 """
+import contextlib
 import json
 import os
 import pathlib
@@ -23,7 +24,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from children import Child  # noqa: E402
-from checks import check, failures  # noqa: E402
+from checks import check, failures, until  # noqa: E402
 
 obscurad, obscura, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PATIENCE_S = 60  # a busy machine, a sanitizer
@@ -40,6 +41,15 @@ def wait_for(condition):
             return True
         time.sleep(0.1)
     return False
+
+
+def thread_names(pid):
+    """Names of the threads of a process; one that ends meanwhile has none."""
+    names = set()
+    for thread in os.listdir(f"/proc/{pid}/task"):
+        with contextlib.suppress(OSError):
+            names.add(pathlib.Path(f"/proc/{pid}/task/{thread}/comm").read_text().strip())
+    return names
 
 
 def state():
@@ -100,9 +110,9 @@ socket = "{path}"
     check("every edge is accounted for, but for one in work", 0 <= camera["camera"]["triggers"] - sum(
         camera["camera"][k] for k in ("frames", "missed_triggers", "masked_triggers", "dropped")) <= 1,
         camera["camera"])
-    kernel = {(pathlib.Path("/proc") / str(daemon.pid) / "task" / t / "comm").read_text().strip()
-              for t in os.listdir(f"/proc/{daemon.pid}/task")}
-    check("its threads are those of the kernel", {t["name"] for t in told["threads"]} == kernel, told["threads"])
+    # Threads come and go, such as those that write: the state is of another moment than the list.
+    names = until(lambda: ({t["name"] for t in state()["threads"]}, thread_names(daemon.pid)), lambda both: both[0] == both[1])
+    check("its threads are those of the kernel", names[0] == names[1], names)
     files = len(list((folder / "frames").glob("*.raw")))
     check("the frames counted are those on disk", files - 1 <= complete(), (files, camera["camera"]))
     text = ask("status", "--socket", path)
