@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::chrono::milliseconds signal_poll{50};
 /// For the loading to end by itself, which reports what it was at. SIGTERM ends a start within a second.
-constexpr std::int64_t patience_ns = 700 * ns_per_ms;
+constexpr std::int64_t stop_timeout_ns = 700 * ns_per_ms;
 constexpr std::int64_t between_notices_ns = ns_per_s;
 /// The service manager waits so much longer for READY after each notice.
 constexpr std::int64_t extended_ns = 20 * ns_per_s;
@@ -43,7 +43,7 @@ void StartWatch::run() {
     for (; !over_.load(); std::this_thread::sleep_for(signal_poll)) {
         const Time now = clock.now();
         if (stop_wanted_()) asked = std::min(asked, now);
-        if (now > asked && now - asked > patience_ns) {
+        if (now > asked && now - asked > stop_timeout_ns) {
             log_notice("stopped while starting: {}", progress_.report().words());
             std::_Exit(exit_ok);
         }

@@ -59,8 +59,8 @@ public:
     CameraUnit& operator=(const CameraUnit&) = delete;
 
     /// Makes the tiles of terrains that the first frame needs and measures how fast it is rendered, before
-    /// start(). `go_on` is called several
-    /// times a second with the share that is done; false ends it. Returns whether it is done. Throws Error.
+    /// start(). `go_on` is called several times a second with the share that is done; false ends it. Returns
+    /// whether it is done. Throws Error.
     bool load_tiles(const GoOn& go_on);
     /// Starts the transports. Throws Error; stop() then stops those that have started.
     void start();

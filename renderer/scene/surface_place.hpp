@@ -18,12 +18,10 @@ namespace obscura::scene {
 /// from its x axis towards its y axis.
 enum class Latitudes : std::uint8_t {
     /// Direction from the body's origin, as SPICE's latrec_c and IAU's default for bodies of one radius;
-    /// heights
-    /// count along that direction.
+    /// heights count along that direction.
     planetocentric,
     /// Direction of the outer normal of the reference ellipsoid, as SPICE's georec_c, GDAL and PROJ
-    /// (geodetic);
-    /// heights count along the normal.
+    /// (geodetic); heights count along the normal.
     planetographic,
 };
 constexpr auto enum_names(Latitudes /*type*/) {

@@ -62,7 +62,7 @@ private:
 
 /// For a terrain's first frame, which makes its tiles: what takes longer is judged by a part of its rows.
 constexpr double max_first_frame_s = 300;
-/// Rows of its blocks, after each of which progress is told.
+/// Rows of a block. Progress is reported after each.
 constexpr std::int32_t first_frame_rows = 64;
 
 struct Block {

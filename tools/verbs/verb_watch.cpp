@@ -20,7 +20,7 @@ namespace {
 using WatchClock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr auto look_interval = 50ms;
+constexpr auto poll_interval = 50ms;
 /// For a verb to end by itself after an interrupt, with what it has so far.
 constexpr std::chrono::milliseconds grace{600}, grace_of_kept_work{10000};
 constexpr auto first_terminal_line = 700ms, next_terminal_line = 200ms;
@@ -54,7 +54,7 @@ void VerbWatch::run() {
     auto next = start + (terminal ? WatchClock::duration(first_terminal_line) : first_line);
     std::optional<WatchClock::time_point> interrupt;
     std::unique_lock lock(mutex_);
-    while (!ended_.wait_for(lock, look_interval, [this] { return over_; })) {
+    while (!ended_.wait_for(lock, poll_interval, [this] { return over_; })) {
         const auto now = WatchClock::now();
         if (host::interrupted()) {
             if (!interrupt) interrupt = now;
