@@ -7,7 +7,6 @@ OBSCURA: the program in its build tree. Plain Python; rows whose data are not in
 so. Exit status 1 if a figure is further off than its row allows. docs/validation.md includes the table.
 """
 import argparse
-import array
 import json
 import math
 import os
@@ -17,6 +16,9 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+from read_image import read_fits  # noqa: E402
+
 DATA = pathlib.Path(os.environ.get("OBSCURA_DATA", ROOT.parent / "shared/data"))
 AU = 149597870700.0
 
@@ -35,14 +37,14 @@ class Bench:
         self.rows, self.failed = [], False
 
     def planes(self, name, scene, *options):
-        """Planes of a rendered scene: (width, height, list of arrays)."""
+        """Planes of a rendered scene: (width, height, list of tuples)."""
         scene_file, picture = self.folder / f"{name}.toml", self.folder / f"{name}.fits"
         scene_file.write_text(scene)
         run = subprocess.run([self.program, "render", scene_file, "-o", picture, "--json", *map(str, options)],
                              capture_output=True, text=True, check=False)
         if run.returncode != 0:
             sys.exit(f"{name}: {run.stderr.strip()}")
-        return read_fits(picture)
+        return planes_of(picture)
 
     def sums(self, name, scene, *options):
         """Irradiance of each band over the whole picture, W/m2."""
@@ -60,26 +62,12 @@ class Bench:
         self.rows.append(f"| {quantity} | | | skipped: {why} | | |")
 
 
-def read_fits(path):
-    """Planes of the first image of a FITS file of 32-bit floats."""
-    content = path.read_bytes()
-    cards, at = {}, 0
-    while True:
-        card = content[at:at + 80].decode("ascii")
-        at += 80
-        if card.startswith("END"):
-            break
-        if card[8:10] == "= ":
-            cards[card[:8].strip()] = card[10:].split("/")[0].strip()
-    at = -(-at // 2880) * 2880
-    if cards["BITPIX"] != "-32":
-        sys.exit(f"{path}: BITPIX {cards['BITPIX']}, -32 is wanted")
-    width, height = int(cards["NAXIS1"]), int(cards["NAXIS2"])
-    count = int(cards.get("NAXIS3", "1")) if int(cards["NAXIS"]) > 2 else 1
-    values = array.array("f", content[at:at + 4 * width * height * count])
-    if sys.byteorder == "little":
-        values.byteswap()
-    return width, height, [values[i * width * height:(i + 1) * width * height] for i in range(count)]
+def planes_of(path):
+    """Planes of a FITS image."""
+    values, _, header = read_fits(path.read_bytes())
+    width, height = int(header["NAXIS1"]), int(header["NAXIS2"])
+    size = width * height
+    return width, height, [values[first:first + size] for first in range(0, len(values), size)]
 
 
 def bands(*ranges):

@@ -11,6 +11,9 @@ import sys
 import tempfile
 
 obscura, source = sys.argv[1:3]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from checks import check, failures  # noqa: E402
+
 data = pathlib.Path(os.environ.get("OBSCURA_DATA", f"{source}/../shared/data")) / "dem_moon_lola_ldem4"
 if not (data / "LDEM_4.IMG").exists():
     sys.exit(print(f"skipped: {data}/LDEM_4.IMG is missing") or 77)
@@ -19,16 +22,9 @@ try:
 except ImportError:
     sys.exit(print("skipped: python3-numpy is not installed") or 77)
 folder = pathlib.Path(tempfile.mkdtemp(prefix="obscura-check-"))
-failures = []
 RADIUS, AU = 1737400.0, 149597870700.0
 NUMBERS = np.fromfile(data / "LDEM_4.IMG", "<i2").reshape(720, 1440)
 LABEL = (data / "LDEM_4.LBL").read_bytes()
-
-
-def check(what, truth, detail=""):
-    if not truth:
-        failures.append(what)
-        print(f"FAILED: {what} {detail}")
 
 
 def near(what, value, truth, within):

@@ -20,26 +20,12 @@ import time
 
 obscura, obscurad, library, source = (str(pathlib.Path(p).resolve()) for p in sys.argv[1:5])
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from checks import check, failures, until  # noqa: E402
 from small_daemon import SmallDaemon  # noqa: E402
 
-failures, processes = [], []
+processes = []
 atexit.register(lambda: [process.kill() for process in processes])
 PATIENCE_S = 60
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or detail == '' else ': ' + str(detail)[:1500]}", flush=True)
-    if not good:
-        failures.append(what)
-
-
-def wait_for(condition):
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        if found := condition():
-            return found
-        time.sleep(0.05)
-    return condition()
 
 
 def start(daemon, **options):
@@ -67,12 +53,12 @@ def test_clock_steps(folder):
     shift.write_bytes(struct.pack("l", 0))
     daemon = SmallDaemon(folder, obscurad, source)
     process = start(daemon, env={**os.environ, "LD_PRELOAD": library, "OBSCURA_SHIFT_FILE": str(shift)})
-    check("the daemon starts", wait_for(lambda: frames(daemon) > 5), process.poll())
+    check("the daemon starts", until(lambda: frames(daemon) > 5, bool), process.poll())
     for name, seconds in ("forwards", 3600), ("backwards", -3600), ("back again", 0):
         with open(shift, "r+b") as file:
             file.write(struct.pack("l", seconds))
         before, begin = frames(daemon), time.monotonic()
-        check(f"a step of an hour {name}: frames go on", wait_for(lambda: frames(daemon) >= before + 20), frames(daemon) - before)
+        check(f"a step of an hour {name}: frames go on", until(lambda: frames(daemon) >= before + 20, bool), frames(daemon) - before)
         taken = time.monotonic() - begin
         check(f"a step of an hour {name}: at their rate", taken < 6, taken)
         begin = time.monotonic()
@@ -95,7 +81,7 @@ def test_users(folder):
     folder.chmod(0o755)
     process = start(daemon, user=owner, group=group, extra_groups=[], umask=0o077)
     sockets = {"monitor": daemon.socket, "calls": f"{folder}/calls"}
-    check("the daemon of a user of its own starts", wait_for(lambda: all(pathlib.Path(s).exists() for s in sockets.values())), process.poll())
+    check("the daemon of a user of its own starts", until(lambda: all(pathlib.Path(s).exists() for s in sockets.values()), bool), process.poll())
     connect = "import socket, sys; s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); print('connected')"
     for name, path in sockets.items():
         mode = os.stat(path)

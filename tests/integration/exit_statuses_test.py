@@ -15,17 +15,13 @@ import sys
 import tempfile
 
 obscura, obscurad = (str(pathlib.Path(p).resolve()) for p in sys.argv[1:3])
-failures = []
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from checks import check, failures  # noqa: E402
+
 HANG_S = 120
 NO_INPUT, NO_OUTPUT, NO_PERMISSION = 66, 73, 77
 NOBODY = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
 LONG = "a" * 300
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or detail == '' else ': ' + str(detail)[:600]}", flush=True)
-    if not good:
-        failures.append(what)
 
 
 def run(words, program=None, **options):

@@ -24,6 +24,9 @@ except ImportError:
     sys.exit(77)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+from read_image import read_fits  # noqa: E402
+
 DATA = pathlib.Path(os.environ.get("OBSCURA_DATA", ROOT.parent / "shared" / "data"))
 FRAMES, KSTARS = DATA / "starcam_tetra3", DATA / "stars" / "kstars_stars.dat.gz"
 for needed in (FRAMES, KSTARS):
@@ -67,19 +70,9 @@ def quaternion(m):
 
 
 def fits_image(path):
-    """The bands of an image of big-endian floats."""
-    raw = path.read_bytes()
-    cards, at = {}, 0
-    while True:
-        card = raw[at:at + 80].decode("ascii")
-        at += 80
-        if card.startswith("END"):
-            break
-        if card[8:10] == "= ":
-            cards[card[:8].strip()] = card[10:].split("/")[0].strip()
-    at = (at + 2879) // 2880 * 2880
-    width, height, bands = (int(cards[f"NAXIS{i}"]) for i in (1, 2, 3))
-    return np.frombuffer(raw, ">f4", width * height * bands, at).reshape(bands, height, width).astype(float)
+    """The bands of an image."""
+    numbers, _, header = read_fits(path.read_bytes())
+    return np.array(numbers).reshape([int(header[f"NAXIS{i}"]) for i in (3, 2, 1)])
 
 
 def tiff_image(path):

@@ -16,17 +16,13 @@ import threading
 import time
 
 obscura, source = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve()
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from checks import check, failures  # noqa: E402
+
 folder = pathlib.Path(tempfile.mkdtemp(prefix="obscura-verbs-"))
-failures = []
 LONG_S, MOST_S = 1.0, 1.0
 OWN_STATUS = {"batch run": 75, "batch verify": 75}  # by which Slurm queues it again
 UNTIL_TOLD = {"serve", "texture mount"}  # their ends are orderly, and they have no progress
-
-
-def check(what, truth, detail=""):
-    if not truth:
-        failures.append(what)
-        print(f"FAILED: {what} {detail}")
 
 
 def start_s():

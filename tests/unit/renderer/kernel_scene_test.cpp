@@ -452,7 +452,7 @@ TEST_CASE("The camera sees planets where python3-skyfield has them, to a milliar
     }
 }
 
-TEST_CASE("where a kernel holds no position the last one before it is shown, and its age is told") {
+TEST_CASE("where a kernel holds no position the last one before it is shown, with its age") {
     const KernelScene files;
     // Uniform motion of 1 km/s in records of 100 s; that from 300 to 400 s is damaged, by a value that is no
     // number, or beyond any position.

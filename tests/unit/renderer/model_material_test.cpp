@@ -213,7 +213,7 @@ TEST_CASE("mistakes in the table of a model are told at their places") {
                ContainsSubstring("the image of the model's texture \"map\" is missing"));
 }
 
-TEST_CASE("a law that is not physical is told once") {
+TEST_CASE("a law that is not physical gives one warning") {
     const TempFolder folder;
     folder.write("odd.brdf", "vec4 brdf(vec3 i, vec3 e, vec3 n, vec4 d, vec4 s, scalar sh)\n"
                              "{ return d * 1.3 * (0.9 - (e|n)) * (i|n); }");

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trajectory and attitude files of scenes: CCSDS messages and tables, their dates, ends and mistakes.
-#include "core/error.hpp"
-#include "renderer/scene_files/scene_file.hpp"
 #include "renderer/world/motion.hpp"
 #include "renderer/world/pose_age.hpp"
+#include "scene_texts.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/daf_writer.hpp"
-#include "tests/support/temp_folder.hpp"
 
 #include <string>
 
@@ -31,7 +29,7 @@ constexpr const char* aem =
     "2007-02-28T12:01:13 0 0 0.479425538604203 0.877582561890373\nDATA_STOP\n";
 constexpr const char* epoch = "epoch = \"2007-02-28T12:00:10Z\"\n";
 
-struct Files : test::TempFolder {
+struct Files : test::SceneTexts {
     Files() {
         (void)write("p.oem", oem);
         (void)write("p.aem", aem);
@@ -39,21 +37,6 @@ struct Files : test::TempFolder {
         (void)write("q.csv", "time_s,qw,qx,qy,qz\n0,1,0,0,0\n10,0.877582561890373,0,0,0.479425538604203\n");
         (void)write("all.csv", "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n"
                                "10,100,0,0,0.877582561890373,0,0,0.479425538604203\n");
-    }
-    [[nodiscard]] scene::Scene scene(const std::string& text) const {
-        return scene::load_scene(write("s.toml", text));
-    }
-    [[nodiscard]] std::string refusal(const std::string& text) const {
-        try {
-            (void)scene(text);
-        } catch (const Error& error) {
-            std::string what = error.what();
-            const std::string prefix = path().string() + "/";
-            while (what.find(prefix) != std::string::npos)
-                what.erase(what.find(prefix), prefix.size());
-            return what;
-        }
-        return "accepted";
     }
 };
 

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places on bodies by longitude, latitude and height, against PROJ and plane trigonometry; aims at landmarks.
-#include "core/error.hpp"
 #include "core/units.hpp"
 #include "renderer/scene/sky_object.hpp"
-#include "renderer/scene_files/scene_file.hpp"
 #include "renderer/world/build.hpp"
 #include "renderer/world/kinematics.hpp"
 #include "renderer/world/motion.hpp"
 #include "renderer/world/scene_poses.hpp"
 #include "renderer/world/view.hpp"
+#include "scene_texts.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/support/temp_folder.hpp"
 
 #include <fmt/format.h>
 
@@ -33,24 +31,6 @@ constexpr const char* mars =
 constexpr const char* moon =
     "[[body]]\nname = \"moon\"\nshape = \"planet\"\nradii_m = [1737400, 1737400, 1737400]\nmaterial = \"moon\"\n"
     "[body.detail]\nterrain = \"highlands\"\n";
-
-struct Files : test::TempFolder {
-    [[nodiscard]] scene::Scene scene(const std::string& text) const {
-        return scene::load_scene(write("s.toml", text));
-    }
-    [[nodiscard]] std::string refusal(const std::string& text) const {
-        try {
-            (void)scene(text);
-        } catch (const Error& error) {
-            std::string what = error.what();
-            const std::string prefix = path().string() + "/";
-            while (what.find(prefix) != std::string::npos)
-                what.erase(what.find(prefix), prefix.size());
-            return what;
-        }
-        return "accepted";
-    }
-};
 
 void check_near(Vec3 a, Vec3 b, double tolerance) {
     CHECK_THAT(a.x, WithinAbs(b.x, tolerance));
@@ -79,7 +59,7 @@ double range_m(const scene::Scene& s) {
 } // namespace
 
 TEST_CASE("places by planetographic latitude are those of PROJ, by planetocentric those of a polar ellipse") {
-    const Files files;
+    const SceneTexts files;
     const auto place = [&](const std::string& what, const std::string& keys) {
         const scene::Scene s = files.scene(what + "parent = \"mars\"\n" + keys + mars);
         return what == "[camera]\n" ? s.camera.motion.samples[0].pose.position_m
@@ -109,7 +89,7 @@ TEST_CASE("places by planetographic latitude are those of PROJ, by planetocentri
 }
 
 TEST_CASE("a thing that is placed on a body turns with it, its local axes are east, north and up") {
-    const Files files;
+    const SceneTexts files;
     const scene::Scene s =
         files.scene(std::string(mars) +
                     "[[body]]\nname = \"rover\"\nshape = \"box\"\nsize_m = [2, 3, 1]\nalbedo = 0.5\n"
@@ -134,7 +114,7 @@ TEST_CASE("a thing that is placed on a body turns with it, its local axes are ea
 }
 
 TEST_CASE("a trajectory over a body keeps its height between rows, along the great circle") {
-    const Files files;
+    const SceneTexts files;
     (void)files.write("t.csv", "time_s,longitude_deg,latitude_deg,altitude_m\n0,350,0,1000\n10,10,0,3000\n"
                                "20,10,60,3000\n30,190,60,3000\n");
     const scene::Scene s = files.scene(
@@ -159,7 +139,7 @@ TEST_CASE("a trajectory over a body keeps its height between rows, along the gre
 }
 
 TEST_CASE("a height above the ground is the range at which a camera that looks down sees the ground") {
-    const Files files;
+    const SceneTexts files;
     const std::string camera = "[camera]\nwidth = 5\nheight = 5\nfocal_length_mm = 50\nparent = \"moon\"\n"
                                "longitude_deg = -21.3\nlatitude_deg = 41.7\naxes = \"east-north-up\"\n"
                                "boresight = [0, 0, -1]\naltitude_above = \"ground\"\n";
@@ -182,7 +162,7 @@ TEST_CASE("a height above the ground is the range at which a camera that looks d
 }
 
 TEST_CASE("look_at takes a landmark, which stays in the principal point while its body turns") {
-    const Files files;
+    const SceneTexts files;
     const std::string landmarks =
         "[[landmark]]\nname = \"gale\"\nbody = \"mars\"\nlongitude_deg = 190\nlatitude_deg = 20\n"
         "[[landmark]]\nname = \"peak\"\nbody = \"mars\"\nposition_m = [-3.4e6, 1e5, 2e5]\n"
@@ -219,7 +199,7 @@ TEST_CASE("look_at takes a landmark, which stays in the principal point while it
 }
 
 TEST_CASE("what does not fit a place on a body is refused with file, key and what is allowed") {
-    const Files files;
+    const SceneTexts files;
     (void)files.write("t.csv", "time_s,longitude_deg,latitude_deg,altitude_m\n0,0,0,0\n");
     (void)files.write("bad.csv", "time_s,longitude_deg,latitude_deg,altitude_m\n0,0,91,0\n");
     const auto refusal = [&](const std::string& keys) { return files.refusal("[camera]\n" + keys + mars); };

@@ -49,7 +49,8 @@ struct WatchBench {
 
 } // namespace
 
-TEST_CASE("nothing is copied while nobody looks, and the last frame is there for who does", "[transports]") {
+TEST_CASE("nothing is copied without a client, and the last frame is there for the first one",
+          "[transports]") {
     WatchBench bench;
     CHECK_FALSE(bench.newest(0, 0ms));
     WatchBench unseen;
