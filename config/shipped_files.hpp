@@ -21,7 +21,6 @@ struct ShippedFolder {
 };
 inline constexpr ShippedFolder shipped_sensors{"sensors", ".toml", "sensor"};
 inline constexpr ShippedFolder shipped_scenes{"scenes", ".toml", "scene"};
-inline constexpr ShippedFolder shipped_material_models{"models", ".brdf", "material model"};
 inline constexpr ShippedFolder shipped_stars{"stars", ".csv", "star catalogue"};
 
 /// Folder of these folders: beside the program's own installation (../share/obscura), else that of the source

@@ -3,18 +3,19 @@
 
 #include "core/error.hpp"
 #include "core/philox.hpp"
-#include "models/lowering/lowering.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 
 namespace obscura::models {
 namespace {
+
+/// Argument `specular` of brdf(): a body has no colour of its own for it.
+constexpr double specular = 1;
 
 /// Inputs of the program. Varied parameters follow.
 enum MaterialInput : std::int32_t {
@@ -29,13 +30,6 @@ enum MaterialInput : std::int32_t {
     input_lod_bias,
     input_varied,
 };
-
-Value vector_value(std::initializer_list<NodeId> nodes) {
-    Value value{vector_of(static_cast<int>(nodes.size())), {}};
-    value.nodes.fill(-1);
-    std::copy(nodes.begin(), nodes.end(), value.nodes.begin());
-    return value;
-}
 
 /// Directions of light, camera and normal in the local frame of the surface, by the three cosines.
 struct Directions {
@@ -98,58 +92,7 @@ Surroundings surroundings_of(const Directions& d, Graph& graph) {
     return surroundings;
 }
 
-constexpr std::size_t numbers_per_parameter = 4;
-
-std::int32_t uniform_index(std::size_t parameter, std::size_t component) {
-    return static_cast<std::int32_t>(parameter * numbers_per_parameter + component);
-}
-
-[[noreturn]] void refuse(const Model& model, Place at, std::string_view what) {
-    throw ConfigError(fmt::format("{}:{}:{}: {}", model.name(), at.line, at.column, what));
-}
-
-/// Nodes of all parameters: inputs for those that vary, one uniform for components that are all the same.
-std::vector<NamedValue> parameter_values(const Model& model, const MaterialParameters& parameters,
-                                         Graph& graph) {
-    std::vector<NamedValue> names;
-    for (std::size_t i = 0; i < model.parameters().size(); ++i) {
-        const Parameter& p = model.parameters()[i];
-        Value value{p.type, {}};
-        value.nodes.fill(-1);
-        const auto varied = std::find(parameters.varied.begin(), parameters.varied.end(), i);
-        if (p.type == Type::texture) {
-            value.nodes[0] = static_cast<NodeId>(i);
-        } else if (varied != parameters.varied.end()) {
-            const auto k = static_cast<std::int32_t>(varied - parameters.varied.begin());
-            std::fill_n(value.nodes.begin(), components(p.type), graph.input(input_varied + k));
-        } else {
-            const auto& given = parameters.values[i];
-            for (int c = 0; c < components(p.type); ++c) {
-                const auto k = static_cast<std::size_t>(c);
-                // vec2 and vec3 are positions and directions, vec4 the channels of a colour.
-                const auto first =
-                    static_cast<std::size_t>(std::find(given.begin(), given.end(), given[k]) - given.begin());
-                value.nodes[k] = graph.uniform(uniform_index(i, p.type == Type::vec4 ? first : k));
-            }
-        }
-        names.push_back({p.name, value});
-    }
-    return names;
-}
-
 } // namespace
-
-MaterialParameters default_parameters(const Model& model) {
-    MaterialParameters parameters;
-    for (std::size_t i = 0; i < model.parameters().size(); ++i) {
-        const Parameter& p = model.parameters()[i];
-        std::array<double, 4> values = p.value;
-        for (double& value : values)
-            value = p.type == Type::texture ? 1 : value * p.si();
-        parameters.values.push_back(values);
-    }
-    return parameters;
-}
 
 MaterialProgram::MaterialProgram(std::shared_ptr<const Model> model, const MaterialParameters& parameters)
     : model_(std::move(model)), varied_(parameters.varied.size()) {
@@ -157,30 +100,21 @@ MaterialProgram::MaterialProgram(std::shared_ptr<const Model> model, const Mater
         throw ConfigError(fmt::format("{}: {} parameters vary over the surface: allowed are {}",
                                       model_->name(), varied_, max_varied));
     compile(parameters);
-    const auto inputs = static_cast<std::int32_t>(input_varied + varied_);
-    program_->make_native(parameters.target, uniforms_of(parameters, 1), inputs, why_interpreted_);
-    uniforms_ = program_->bind(uniforms_of(parameters, 1));
     find_proportion(parameters);
 }
 
-std::vector<double> MaterialProgram::uniforms_of(const MaterialParameters& parameters, double diffuse) const {
-    std::vector<double> uniforms;
-    for (const auto& values : parameters.values)
-        uniforms.insert(uniforms.end(), values.begin(), values.end());
-    uniforms.push_back(diffuse);
-    uniforms.push_back(1); // specular
-    uniforms.push_back(parameters.shininess);
-    return uniforms;
+std::vector<double> MaterialProgram::uniforms_of(const MaterialParameters& parameters, double diffuse) {
+    return uniform_values(parameters, {diffuse, specular, parameters.shininess});
 }
 
 void MaterialProgram::refuse_inputs(Place at) const {
     for (const auto& [input, name] : {std::pair{input_t, "t"}, {input_duration, "duration"}})
-        if (program_->uses_input(input))
+        if (bound_.program->uses_input(input))
             refuse(*model_, at,
                    fmt::format("brdf() depends on '{}': laws that change with time are not rendered", name));
     for (const auto& [input, name] :
          {std::pair{input_u, "uv.x"}, {input_v, "uv.y"}, {input_w, "uv.z"}, {input_lod_bias, "lod_bias"}})
-        if (program_->uses_input(input))
+        if (bound_.program->uses_input(input))
             refuse(*model_, at,
                    fmt::format("brdf() depends on '{}' itself: allowed is lookup3DLOD(NAME, uv, lod_bias)",
                                name));
@@ -188,28 +122,25 @@ void MaterialProgram::refuse_inputs(Place at) const {
 
 void MaterialProgram::compile(const MaterialParameters& parameters) {
     Graph graph;
-    Findings findings;
     const Function& brdf = *model_->function("brdf");
     const Directions d = directions(graph);
-    const auto after = static_cast<std::int32_t>(model_->parameters().size() * numbers_per_parameter);
+    const std::int32_t own = first_own_uniform(*model_);
     const auto grey = [&](std::int32_t index) {
         const NodeId n = graph.uniform(index);
         return vector_value({n, n, n, n});
     };
-    const auto scalar = [&](NodeId node) { return Value{Type::scalar, {node, -1, -1, -1}}; };
     const Value uv = vector_value({graph.input(input_u), graph.input(input_v), graph.input(input_w)});
-    const Value lod_bias = scalar(graph.input(input_lod_bias));
+    const Value lod_bias = scalar_value(graph.input(input_lod_bias));
     std::vector<Value> arguments{d.light,
                                  d.camera,
                                  d.normal,
-                                 grey(after),
-                                 grey(after + 1),
-                                 scalar(graph.uniform(after + 2)),
-                                 scalar(graph.input(input_t)),
-                                 scalar(graph.input(input_duration)),
+                                 grey(own),
+                                 grey(own + 1),
+                                 scalar_value(graph.uniform(own + 2)),
+                                 scalar_value(graph.input(input_t)),
+                                 scalar_value(graph.input(input_duration)),
                                  uv,
                                  lod_bias};
-    arguments.resize(brdf.arguments.size());
 
     Surroundings surroundings = surroundings_of(d, graph);
     surroundings.look_up = [&](std::string_view name, const std::vector<Value>& given,
@@ -229,20 +160,15 @@ void MaterialProgram::compile(const MaterialParameters& parameters) {
                 : graph.input(input_varied + static_cast<std::int32_t>(at - parameters.varied.begin()));
         return vector_value({n, n, n, n});
     };
-    Lowering lowering(model_->tree(), graph, findings, parameter_values(*model_, parameters, graph),
-                      surroundings);
-    const auto result = lowering.result_of_call(brdf, std::move(arguments));
-    if (findings.has_errors() || !result) throw ConfigError(findings.text(model_->name(), true));
-    const auto& nodes = result->nodes;
+    const Value result =
+        lowered(*model_, brdf, parameters, input_varied, graph, std::move(arguments), surroundings);
+    const auto& nodes = result.nodes;
     if (std::any_of(nodes.begin() + 1, nodes.end(), [&](NodeId n) { return n != nodes[0]; }))
         refuse(*model_, brdf.at,
                "brdf() differs between its four channels: give each vec4 parameter one value for all "
                "channels, and colours by the keys of the body");
-    try {
-        program_ = std::make_unique<Program>(graph, std::span(nodes).first(1));
-    } catch (const std::length_error& error) {
-        refuse(*model_, brdf.at, error.what());
-    }
+    bound_ = bound_program(*model_, brdf.at, graph, std::span(nodes).first(1), uniforms_of(parameters, 1),
+                           static_cast<std::int32_t>(input_varied + varied_), parameters.target);
     refuse_inputs(brdf.at);
 }
 
@@ -268,9 +194,9 @@ void MaterialProgram::find_proportion(const MaterialParameters& parameters) {
         inputs[input_varied + k] = varied[k].data();
     std::array<double, lanes> full{}, half{};
     double* out = full.data();
-    program_->run(uniforms_, inputs.data(), &out, lanes);
+    bound_.program->run(bound_.uniforms, inputs.data(), &out, lanes);
     out = half.data();
-    program_->run(program_->bind(uniforms_of(parameters, 0.5)), inputs.data(), &out, lanes);
+    bound_.program->run(bound_.program->bind(uniforms_of(parameters, 0.5)), inputs.data(), &out, lanes);
     proportional_ = true;
     for (std::size_t i = 0; i < lanes; ++i)
         if (std::isfinite(full[i]) && std::abs(half[i] - 0.5 * full[i]) > 1e-12 * std::abs(full[i]))
@@ -284,7 +210,7 @@ void MaterialProgram::evaluate(const double* cos_in, const double* cos_out, cons
     inputs[input_cos_out] = cos_out;
     inputs[input_cos_phase] = cos_phase;
     std::copy_n(varied, varied_, inputs.begin() + input_varied);
-    program_->run(uniforms_, inputs.data(), &r, lanes);
+    bound_.program->run(bound_.uniforms, inputs.data(), &r, lanes);
 }
 
 } // namespace obscura::models

@@ -65,6 +65,7 @@ std::string signature(const EntryPoint& entry) {
 const std::vector<ModelKind>& model_kinds() {
     static const std::vector<ModelKind> kinds{
         {"material",
+         "material model",
          ".brdf",
          "Scattering law of a surface.",
          {brdf(), emission()},
@@ -73,18 +74,21 @@ const std::vector<ModelKind>& model_kinds() {
     return kinds;
 }
 
-const ModelKind* kind_of(const Model& model) {
+const ModelKind* kind_of_file(std::string_view name) {
     for (const ModelKind& kind : model_kinds())
-        if (std::string_view(model.name()).ends_with(kind.ending)) return &kind;
+        if (name.ends_with(kind.ending)) return &kind;
     return nullptr;
 }
 
+const ModelKind* kind_of(const Model& model) {
+    return kind_of_file(model.name());
+}
+
 std::string unknown_ending(std::string_view name) {
+    if (kind_of_file(name) != nullptr) return "";
     std::vector<std::string_view> endings;
-    for (const ModelKind& kind : model_kinds()) {
-        if (name.ends_with(kind.ending)) return "";
+    for (const ModelKind& kind : model_kinds())
         endings.push_back(kind.ending);
-    }
     return fmt::format("the ending of the file's name says no kind of model: allowed are {}",
                        fmt::join(endings, ", "));
 }

@@ -43,6 +43,7 @@ struct LookUpFunction {
 
 struct ModelKind {
     std::string_view name;   ///< "material"
+    std::string_view title;  ///< "material model", for messages
     std::string_view ending; ///< of files: ".brdf"
     std::string_view help;
     std::vector<EntryPoint> entry_points;
@@ -51,6 +52,7 @@ struct ModelKind {
 
 [[nodiscard]] const std::vector<ModelKind>& model_kinds();
 /// The kind of a model by the ending of its name; null: none.
+[[nodiscard]] const ModelKind* kind_of_file(std::string_view name);
 [[nodiscard]] const ModelKind* kind_of(const Model& model);
 
 /// Why no kind has the ending of the name; empty: one has.

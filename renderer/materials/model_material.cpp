@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "models/kinds/material_checks.hpp"
-#include "models/model/entry_points.hpp"
 
 #include <fmt/format.h>
 
@@ -29,16 +28,11 @@ std::vector<std::size_t> image_parameters(const models::Model& model) {
     return indices;
 }
 
-models::MaterialParameters program_parameters(const ModelMaterialParameters& p,
-                                              std::vector<std::size_t> varied) {
+models::MaterialParameters law_parameters(const ModelMaterialParameters& p, std::vector<std::size_t> varied) {
     if (p.loaded == nullptr)
         throw ConfigError(
             "material: the model's file is missing: write material = { model = \"FILE.brdf\" }");
-    models::MaterialParameters parameters;
-    parameters.values = p.values;
-    for (std::size_t i = 0; i < parameters.values.size(); ++i)
-        if (p.loaded->model->parameters()[i].type == models::Type::vec4)
-            parameters.values[i].fill(p.values[i][0]);
+    models::MaterialParameters parameters{scene::program_parameters(p)};
     parameters.varied = std::move(varied);
     parameters.shininess = p.shininess;
     return parameters;
@@ -46,26 +40,8 @@ models::MaterialParameters program_parameters(const ModelMaterialParameters& p,
 
 } // namespace
 
-std::shared_ptr<const LoadedModel> load_material_model(const std::string& file) {
-    auto loaded = std::make_shared<LoadedModel>();
-    loaded->model = models::Model::load(file);
-    const models::ModelKind* const kind = models::kind_of(*loaded->model);
-    if (kind->name != "material")
-        throw ConfigError(
-            fmt::format("{}: a {} model: a material needs one that ends in .brdf", file, kind->name));
-    for (const models::Parameter& p : loaded->model->parameters()) {
-        loaded->keys.push_back(p.si() != 1 ? fmt::format("{}_{}", p.name, p.unit) : std::string(p.name));
-        loaded->helps.push_back(p.help.empty() ? fmt::format("Parameter of {}", loaded->model->name())
-                                               : std::string(p.help));
-    }
-    return loaded;
-}
-
-ModelMaterialParameters defaults_of(std::shared_ptr<const LoadedModel> loaded) {
-    ModelMaterialParameters p;
-    p.values = models::default_parameters(*loaded->model).values;
-    p.loaded = std::move(loaded);
-    return p;
+ModelMaterialParameters load_material_model(const std::string& file) {
+    return {scene::defaults_of(scene::load_model(file, "material"))};
 }
 
 scene::ParameterList declare(ModelMaterialParameters& p) {
@@ -74,31 +50,18 @@ scene::ParameterList declare(ModelMaterialParameters& p) {
     const models::Model& model = *p.loaded->model;
     const std::vector<std::size_t> by_image = image_parameters(model);
     for (std::size_t i = 0; i < model.parameters().size(); ++i) {
-        const models::Parameter& parameter = model.parameters()[i];
-        if (parameter.global) continue;
-        double* const first = p.values[i].data();
-        const int count = models::components(parameter.type);
-        const bool one = count <= 1 || parameter.type == models::Type::vec4;
-        const double si = parameter.si();
-        const config::Target target =
-            !one      ? config::Target(config::Numbers{first, static_cast<std::size_t>(count)})
-            : si != 1 ? config::Target(config::Scaled{first, si})
-                      : config::Target(first);
-        config::Key key = config::key(p.loaded->keys[i], target)
-                              .unit(parameter.unit)
-                              .range(parameter.min, parameter.max)
-                              .help(p.loaded->helps[i]);
+        if (model.parameters()[i].global) continue;
+        config::Key key = parameter_key(p, i);
         const bool image = std::find(by_image.begin(), by_image.end(), i) != by_image.end();
         list.push_back(image ? scene::image_or(std::move(key)) : scene::Parameter(std::move(key)));
     }
-    list.push_back(
-        config::key("shininess", &p.shininess).range(0, 1e6).help("Argument `shininess` of brdf()"));
+    list.push_back(shininess_key(p));
     return list;
 }
 
 ModelMaterial::ModelMaterial(const ModelMaterialParameters& p)
-    : same_(p.loaded != nullptr ? p.loaded->model : nullptr, program_parameters(p, {})),
-      varied_(p.loaded->model, program_parameters(p, image_parameters(*p.loaded->model))) {}
+    : same_(p.loaded != nullptr ? p.loaded->model : nullptr, law_parameters(p, {})),
+      varied_(p.loaded->model, law_parameters(p, image_parameters(*p.loaded->model))) {}
 
 void ModelMaterial::reflectance(const ScatterPacket& s, Doubles& r) const {
     Doubles cos_out;
@@ -119,7 +82,7 @@ std::vector<std::string> model_material_warnings(const scene::Scene& scene) {
     for (const scene::Body& body : scene.bodies) {
         const auto* const p = body.material.get_if<ModelMaterialParameters>();
         if (p == nullptr || p->loaded == nullptr) continue;
-        const models::MaterialProgram law(p->loaded->model, program_parameters(*p, {}));
+        const models::MaterialProgram law(p->loaded->model, law_parameters(*p, {}));
         for (const std::string& line : models::warnings_by(models::report_on(law), scene.max_bounces > 0))
             lines.push_back(fmt::format("\"{}\": {}: {}", body.name, p->loaded->model->name(), line));
         if (const std::string& text = p->loaded->model->warnings(); !text.empty()) lines.push_back(text);
@@ -131,7 +94,7 @@ void check_model_material(const scene::Scene& scene, const scene::Body& body, co
     const auto* const p = body.material.get_if<ModelMaterialParameters>();
     if (p == nullptr) return;
     const models::MaterialProgram law(p->loaded != nullptr ? p->loaded->model : nullptr,
-                                      program_parameters(*p, {}));
+                                      law_parameters(*p, {}));
     const auto refuse = [&](std::string_view what) {
         throw ConfigError(fmt::format("{}: {}: {}", place, law.model().name(), what));
     };

@@ -5,40 +5,25 @@
 #include "models/kinds/material_program.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/scene/kind.hpp"
+#include "renderer/scene/model_values.hpp"
 #include "renderer/scene/scene.hpp"
 
-#include <array>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace obscura::renderer {
 
-/// A model of a scattering law with the names of its parameters as keys.
-struct LoadedModel {
-    std::shared_ptr<const models::Model> model;
-    std::vector<std::string> keys;  ///< of Model::parameters(): name, and the unit "deg" at its end
-    std::vector<std::string> helps; ///< of the keys
-};
-/// Reads a file. Throws ConfigError or InputError.
-[[nodiscard]] std::shared_ptr<const LoadedModel> load_material_model(const std::string& file);
-
-/// Parameters of ModelMaterial: those that the model declares.
-struct ModelMaterialParameters {
+/// Parameters of ModelMaterial: those that the model declares. Of a vec4, whose channels are all the same,
+/// only the first counts.
+struct ModelMaterialParameters : scene::ModelValues {
     static constexpr std::string_view kind = "model";
     static constexpr std::string_view help =
         "A law of your own in a SuMoL file, see models.md: material = { model = \"FILE.brdf\", PARAMETER = VALUE }.";
     using Family = scene::MaterialFamily;
-
-    std::shared_ptr<const LoadedModel> loaded; ///< null: none
-    /// Four for each of Model::parameters(), angles in radians; textures are 1. Of a vec4, whose channels are
-    /// all the same, only the first counts.
-    std::vector<std::array<double, 4>> values;
-    double shininess = 1;
 };
-/// With the defaults of `loaded`.
-[[nodiscard]] ModelMaterialParameters defaults_of(std::shared_ptr<const LoadedModel> loaded);
+/// The law of a file with its defaults. Throws ConfigError or InputError.
+[[nodiscard]] ModelMaterialParameters load_material_model(const std::string& file);
 /// A parameter that is a texture has a number, which counts where its image has none.
 [[nodiscard]] scene::ParameterList declare(ModelMaterialParameters& p);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/model_table.hpp"
 
-#include "config/shipped_files.hpp"
 #include "renderer/materials/model_material.hpp"
 #include "renderer/scene_files/parameter_texture.hpp"
 
@@ -18,18 +17,18 @@ constexpr std::string_view model_name = "model";
 config::Key model_key(std::string& file) {
     return config::key(model_name, config::Path{&file, false})
         .required()
-        .help("SuMoL file of the model, which ends in .brdf, or the name of a shipped one (\"akimov\")");
+        .help("SuMoL file of the model, or the name of a shipped one");
 }
 
 /// Reads the name of the file alone, since the other keys are the model's. Throws ConfigError.
-std::string model_file(const config::Value& table, const config::Where& where) {
+std::string model_file(const config::Value& table, const config::Where& where, std::string_view kind) {
     std::vector<std::string_view> others;
     for (const config::Member& member : table.members)
         if (member.key != model_name) others.push_back(member.key);
     std::string file;
     (void)config::read_keys(table, where, {model_key(file)}, others);
     return config::file_of_key(table.find(model_name)->value, where.in(model_name), file,
-                               config::shipped_material_models);
+                               shipped_models(kind));
 }
 
 /// Keys of the textures of the model, which are files, and of images of other parameters.
@@ -57,6 +56,23 @@ struct TextureKeys {
 
 } // namespace
 
+std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
+                                      std::string_view kind) {
+    const config::Member* const member = table.table()->find(key);
+    if (member == nullptr || member->value.kind != config::Value::Kind::table) return {};
+    const config::Where where = table.where().in(key);
+    std::optional<ModelValues> read;
+    (void)table.mistakes().collect([&] {
+        std::string file = model_file(member->value, where, kind);
+        ModelValues p = defaults_of(load_model(file, kind));
+        config::Keys keys = parameter_keys(p);
+        keys.push_back(model_key(file));
+        (void)config::read_keys(member->value, where, keys, table.mistakes());
+        read = std::move(p);
+    });
+    return read;
+}
+
 void read_material_model(const config::ReadTable& table, Body& body) {
     const config::Member* const member = table.table()->find("material");
     if (member == nullptr || member->value.kind != config::Value::Kind::table) {
@@ -65,8 +81,8 @@ void read_material_model(const config::ReadTable& table, Body& body) {
     }
     const config::Where where = table.where().in("material");
     (void)table.mistakes().collect([&] {
-        std::string file = model_file(member->value, where);
-        renderer::ModelMaterialParameters p = renderer::defaults_of(renderer::load_material_model(file));
+        std::string file = model_file(member->value, where, "material");
+        renderer::ModelMaterialParameters p = renderer::load_material_model(file);
         const models::Model& model = *p.loaded->model;
         const ParameterList parameters = declare(p);
         TextureKeys images(parameters, model);

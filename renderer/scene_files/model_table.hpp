@@ -3,14 +3,21 @@
 #pragma once
 
 #include "config/section.hpp"
+#include "renderer/scene/model_values.hpp"
 #include "renderer/scene/scene.hpp"
 
+#include <optional>
 #include <string_view>
 
 namespace obscura::scene {
 
 /// The table, by dotted path. All its strings name files.
 inline constexpr std::string_view model_table_path = "body.material";
+
+/// Reads the table `key = { model = "FILE", PARAMETER = VALUE }` within `table` as a model of the kind called
+/// `kind`; nothing where the key is no table, or after mistakes.
+[[nodiscard]] std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
+                                                    std::string_view kind);
 
 /// Reads `material = { model = "FILE.brdf", PARAMETER = VALUE, PARAMETER_texture = "IMAGE" }` of the table of
 /// a body into its material and textures. A parameter that is a texture is given by the image's name.

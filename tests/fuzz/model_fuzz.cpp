@@ -50,7 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string text(reinterpret_cast<const char*>(data), size);
     try {
         const auto model = models::Model::parse("m.brdf", text);
-        models::MaterialParameters parameters = models::default_parameters(*model);
+        models::MaterialParameters parameters{models::default_parameters(*model)};
         evaluate(models::MaterialProgram(model, parameters));
         for (std::size_t i = 0; i < model->parameters().size() && i < models::MaterialProgram::max_varied;
              ++i)

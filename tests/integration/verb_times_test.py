@@ -138,7 +138,7 @@ VERBS = {
     "model list": [[]],
     "model show": [["hapke"]],
     "model check": [["hapke"]],
-    "model eval": [["akimov", "--incidence", "30", "--emission", "10"]],
+    "model eval": [["akimov", "--at", "incidence=30", "--at", "emission=10"]],
     "model plot": [["hapke", "-o", "out/hapke.png"]],
     "model bench": [["hapke"]],
     "serve": [["--listen", "127.0.0.1:0"]],

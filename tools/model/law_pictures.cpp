@@ -3,7 +3,7 @@
 
 #include "core/geometry.hpp"
 #include "core/units.hpp"
-#include "tools/model/chosen_law.hpp"
+#include "tools/model/law_angles.hpp"
 #include "tools/pictures/plot.hpp"
 
 #include <fmt/format.h>

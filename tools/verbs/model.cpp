@@ -2,18 +2,16 @@
 // Verbs `obscura model new`, `list`, `show` and `check`: models written in SuMoL.
 #include "tools/verbs/model.hpp"
 
-#include "config/shipped_files.hpp"
 #include "core/error.hpp"
 #include "core/io/path_state.hpp"
 #include "core/io/text_file.hpp"
 #include "core/text/printable.hpp"
 #include "core/text/text.hpp"
 #include "images/writers/raw.hpp"
-#include "models/kinds/material_checks.hpp"
 #include "models/language/parser.hpp"
 #include "models/model/entry_points.hpp"
 #include "models/model/model.hpp"
-#include "tools/model/new_model.hpp"
+#include "tools/model/kind_tools.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -84,7 +82,9 @@ public:
         if (!force_ && fs::exists(fs::symlink_status(file, error)))
             throw host::UsageError(
                 fmt::format("obscura model new: {} exists; --force replaces it", file.string()));
-        images::write_text(file, new_model_text(kind_, file.stem().string()));
+        const auto tools = std::find_if(kind_tools().begin(), kind_tools().end(),
+                                        [&](const KindTools* t) { return t->kind == kind_; });
+        images::write_text(file, fmt::format(fmt::runtime((*tools)->new_text), file.stem().string()));
         fmt::print("{}\n", file.string());
         return exit_ok;
     }
@@ -106,15 +106,16 @@ public:
 
     int run() override {
         json list = json::array();
-        for (const fs::path& file : config::shipped_files(config::shipped_material_models)) {
+        for (const fs::path& file : shipped_model_files()) {
             const std::string what = title_comment(source_of(file));
+            const std::string_view kind = models::kind_of_file(file.string())->name;
             if (json_)
                 list.push_back({{"name", file.stem().string()},
-                                {"kind", "material"},
+                                {"kind", kind},
                                 {"file", file.string()},
                                 {"what", what}});
             else
-                fmt::print("{:24} {:10} {}\n", file.stem().string(), "material", what);
+                fmt::print("{:24} {:10} {}\n", file.stem().string(), kind, what);
         }
         if (json_) fmt::print("{}\n", list.dump(2));
         return exit_ok;
@@ -137,12 +138,12 @@ public:
     }
 
     int run() override {
-        const fs::path file = config::file_or_shipped(config::shipped_material_models, file_);
-        const auto model = models::Model::load(file);
-        const models::MaterialProgram law(model, models::default_parameters(*model));
-        json_ ? print_json(*model, law) : print_table(*model, law);
+        const scene::ModelValues p = chosen_model(file_, {});
+        const models::Model& model = *p.loaded->model;
+        const ModelCost cost = tools_of(model).cost(p);
+        json_ ? print_json(model, cost) : print_table(model, cost);
         if (listing_)
-            for (const models::Instruction& i : law.program().instructions())
+            for (const models::Instruction& i : cost.listing)
                 fmt::print("{:4} = {}{}\n", i.slot, models::row_of(i.operation).name, operands_text(i));
         return exit_ok;
     }
@@ -162,18 +163,17 @@ private:
         return text;
     }
 
-    static void print_table(const models::Model& model, const models::MaterialProgram& law) {
+    static void print_table(const models::Model& model, const ModelCost& cost) {
         fmt::print("{}\n", model.name());
         if (const std::string what = title_comment(model.text()); !what.empty()) fmt::print("{}\n", what);
         fmt::print("kind        {}\n", models::kind_of(model)->name);
-        fmt::print("cost        {} operations a sample, {} values in use at once\n", law.program().cost(),
-                   law.program().slots());
-        fmt::print("runs as     {}\n", law.why_interpreted().empty()
+        fmt::print("cost        {} operations a sample, {} values in use at once\n", cost.operations,
+                   cost.slots);
+        fmt::print("runs as     {}\n", cost.why_interpreted.empty()
                                            ? "machine code"
-                                           : fmt::format("interpreted: {}", law.why_interpreted()));
-        fmt::print("colours     {}\n", law.is_proportional_to_diffuse()
-                                           ? "factors on the result"
-                                           : "not allowed: the result is not proportional to `diffuse`");
+                                           : fmt::format("interpreted: {}", cost.why_interpreted));
+        for (const ModelFact& fact : cost.facts)
+            fmt::print("{:11} {}\n", fact.label, fact.text);
         for (const models::Property& p : model.properties())
             fmt::print("property    {} = {}\n", p.name, p.value);
         if (!model.parameters().empty())
@@ -184,7 +184,7 @@ private:
                        range_text(p), p.unit, p.global ? "(global) " : "", printable(p.help));
     }
 
-    static void print_json(const models::Model& model, const models::MaterialProgram& law) {
+    static void print_json(const models::Model& model, const ModelCost& cost) {
         json parameters = json::array();
         for (const models::Parameter& p : model.parameters()) {
             json entry{{"name", p.name}, {"type", models::name_of(p.type)}, {"global", p.global},
@@ -199,15 +199,16 @@ private:
         json functions = json::array();
         for (const models::Function& f : model.tree().functions)
             functions.push_back({{"name", f.name}, {"line", f.at.line}});
-        fmt::print("{}\n", json{{"file", model.name()},
-                                {"kind", models::kind_of(model)->name},
-                                {"operations", law.program().cost()},
-                                {"slots", law.program().slots()},
-                                {"native", law.why_interpreted().empty()},
-                                {"proportional_to_diffuse", law.is_proportional_to_diffuse()},
-                                {"parameters", std::move(parameters)},
-                                {"functions", std::move(functions)}}
-                               .dump(2));
+        json told{{"file", model.name()},
+                  {"kind", models::kind_of(model)->name},
+                  {"operations", cost.operations},
+                  {"slots", cost.slots},
+                  {"native", cost.why_interpreted.empty()},
+                  {"parameters", std::move(parameters)},
+                  {"functions", std::move(functions)}};
+        for (const ModelFact& fact : cost.facts)
+            told[fact.name] = fact.value;
+        fmt::print("{}\n", told.dump(2));
     }
 
     std::string file_;
@@ -217,10 +218,10 @@ private:
 class ModelCheck final : public Verb {
 public:
     void declare(host::CommandLine& line) override {
-        line.summary = "reports all mistakes of models, and what their laws do wrong";
+        line.summary = "reports all mistakes of models, and what they do wrong";
         line.description =
             "Reads each file and prints all that is found, a line each: FILE:LINE:COLUMN: what. "
-            "Of a law that can be run it is tested whether it is finite, positive and reciprocal, and how much light it reflects, on 13,824 pairs of directions, with its default parameters. "
+            "Each that can be run is tested with its default parameters: of a law, whether it is finite, positive and reciprocal, and how much light it reflects, on 13,824 pairs of directions. "
             "Exit status 78 if a file has errors; warnings leave it 0.";
         line.positional("FILE", &files_, "Files, or names of shipped models");
         line.flag("--json", json_, "Print one JSON object for each finding, a line each");
@@ -230,7 +231,7 @@ public:
     int run() override {
         int status = exit_ok;
         for (const std::string& name : files_) {
-            const std::string file = config::file_or_shipped(config::shipped_material_models, name).string();
+            const std::string file = model_path(name).string();
             if (!check(file)) status = exit_config;
         }
         return status;
@@ -245,18 +246,12 @@ private:
             print(file, f.at, f.error, f.what);
         if (model == nullptr) return false;
         try {
-            const models::MaterialProgram law(model, models::default_parameters(*model));
-            const models::MaterialReport report = models::report_on(law);
-            const models::Place at = model->function("brdf")->at;
-            const std::string why = models::refusal_by(report, false);
-            if (!why.empty()) print(file, at, true, why);
-            for (const std::string& warning : models::warnings_by(report, false))
-                print(file, at, false, warning);
-            if (why.empty() && !json_)
-                fmt::print(
-                    "{}: sound: {} operations a sample, reflects at most {:.4g} of the light, at incidence {:.0f} deg\n",
-                    file, law.program().cost(), report.largest_albedo, report.largest_albedo_at_deg);
-            return why.empty();
+            const ModelVerdict found = tools_of(*model).check(scene::defaults_of(scene::load_model(file)));
+            if (!found.refusal.empty()) print(file, found.at, true, found.refusal);
+            for (const std::string& warning : found.warnings)
+                print(file, found.at, false, warning);
+            if (found.refusal.empty() && !json_) fmt::print("{}: sound: {}\n", file, found.summary);
+            return found.refusal.empty();
         } catch (const ConfigError& error) {
             if (json_)
                 fmt::print("{}\n",

@@ -53,7 +53,7 @@ json key_value(Request& r, const models::Parameter& p, const Value& value) {
 /// The law of a file in SuMoL. Throws Failure.
 json law_of_file(Request& r, const std::filesystem::path& file, Parameters& parameters) {
     try {
-        const auto loaded = renderer::load_material_model(file.string());
+        const auto loaded = scene::load_model(file.string(), "material");
         json table{{"model", file.string()}};
         const auto& known = loaded->model->parameters();
         for (std::size_t i = 0; i < known.size(); ++i)

@@ -56,7 +56,7 @@ std::vector<double> evaluated(const MaterialProgram& law, const Angles& a,
 double difference(const std::string& text, const std::function<double(Vec3 light, Vec3 camera)>& formula) {
     const auto model = Model::parse("m.brdf", text);
     const Angles a = angles();
-    const std::vector<double> r = evaluated(MaterialProgram(model, default_parameters(*model)), a);
+    const std::vector<double> r = evaluated(MaterialProgram(model, {default_parameters(*model)}), a);
     double most = 0;
     for (std::size_t i = 0; i < r.size(); ++i) {
         const double expected = formula(a.light[i], a.camera[i]);
@@ -68,7 +68,7 @@ double difference(const std::string& text, const std::function<double(Vec3 light
 std::string refusal(const std::string& text) {
     try {
         const auto model = Model::parse("m.brdf", text);
-        const MaterialProgram law(model, default_parameters(*model));
+        const MaterialProgram law(model, {default_parameters(*model)});
         return "";
     } catch (const ConfigError& error) {
         return error.what();
@@ -146,7 +146,7 @@ TEST_CASE("a parameter may come lane by lane", "[models]") {
                                "vec4 brdf(vec3 i, vec3 e, vec3 n, vec4 d, vec4 s, scalar sh, scalar t, "
                                "scalar duration, vec3 uv, scalar lod_bias)\n"
                                "{ return d * k * lookup3DLOD(map, uv, lod_bias).x * (i|n); }");
-    MaterialParameters parameters = default_parameters(*model);
+    MaterialParameters parameters{default_parameters(*model)};
     parameters.varied = {1};
     const Angles a = angles();
     std::vector<double> texels(a.in.size());
@@ -180,7 +180,7 @@ TEST_CASE("machine code gives the bits of the interpreter", "[models]") {
     std::vector<double> texels(a.in.size());
     for (std::size_t i = 0; i < texels.size(); ++i)
         texels[i] = static_cast<double>(i) / static_cast<double>(texels.size());
-    MaterialParameters parameters = default_parameters(*model);
+    MaterialParameters parameters{default_parameters(*model)};
     parameters.varied = {1};
     parameters.target = NativeTarget::none;
     const MaterialProgram interpreted(model, parameters);
@@ -214,7 +214,7 @@ TEST_CASE("what a renderer cannot do with a law is refused", "[models]") {
 TEST_CASE("the share of colours in a law is found", "[models]") {
     const auto proportional = [](const std::string& body) {
         const auto model = Model::parse("m.brdf", std::string(head) + body);
-        return MaterialProgram(model, default_parameters(*model)).is_proportional_to_diffuse();
+        return MaterialProgram(model, {default_parameters(*model)}).is_proportional_to_diffuse();
     };
     CHECK(proportional("{ return diffuse * (i|n) * (i|e); }"));
     CHECK_FALSE(proportional("{ return diffuse * diffuse * (i|n); }"));

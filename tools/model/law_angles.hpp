@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scattering law for the verbs `obscura model`: a SuMoL file, and values of its parameters.
+// Directions of light and camera for pictures, tables and times of a scattering law.
 #pragma once
 
-#include "renderer/materials/model_material.hpp"
+#include "renderer/materials/material.hpp"
 
-#include <memory>
-#include <string>
 #include <vector>
 
 namespace obscura::tools {
-
-/// Reads the law of `file`, a path or the name of a shipped model, with `settings`, "NAME=VALUE" each, of its
-/// parameters. Throws Error.
-[[nodiscard]] renderer::ModelMaterialParameters chosen_law(const std::string& file,
-                                                           const std::vector<std::string>& settings);
 
 /// Directions of light and camera by the cosines that a law takes.
 struct LawCosines {

@@ -1,33 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/model/chosen_law.hpp"
+#include "tools/model/law_angles.hpp"
 
-#include "config/document.hpp"
-#include "config/shipped_files.hpp"
-#include "core/text/printable.hpp"
 #include "core/units.hpp"
-#include "host/command_line.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace obscura::tools {
-
-renderer::ModelMaterialParameters chosen_law(const std::string& file,
-                                             const std::vector<std::string>& settings) {
-    const std::string path = config::file_or_shipped(config::shipped_material_models, file).string();
-    renderer::ModelMaterialParameters p = renderer::defaults_of(renderer::load_material_model(path));
-    std::string text;
-    for (const std::string& setting : settings) {
-        if (setting.find('=') == std::string::npos)
-            throw host::UsageError(fmt::format("--set {}: allowed is NAME=VALUE", printable(setting)));
-        text += setting + '\n';
-    }
-    const config::Value table = config::parse_text(text, "--set");
-    (void)config::read_keys(table, {"--set", ""}, scene::keys_of(declare(p)));
-    return p;
-}
 
 LawCosines LawAngles::cosines() const {
     const double i = incidence_deg * degree, e = emission_deg * degree;

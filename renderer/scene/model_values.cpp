@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/scene/model_values.hpp"
+
+#include "core/error.hpp"
+#include "models/model/entry_points.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace obscura::scene {
+namespace {
+
+const models::ModelKind& model_kind(std::string_view name) {
+    const auto& kinds = models::model_kinds();
+    return *std::find_if(kinds.begin(), kinds.end(),
+                         [&](const models::ModelKind& kind) { return kind.name == name; });
+}
+
+} // namespace
+
+std::shared_ptr<const LoadedModel> load_model(const std::string& file, std::string_view kind) {
+    auto loaded = std::make_shared<LoadedModel>();
+    loaded->model = models::Model::load(file);
+    const models::ModelKind* const found = models::kind_of(*loaded->model);
+    if (!kind.empty() && found->name != kind)
+        throw ConfigError(fmt::format("{}: a {} model: a {} needs one that ends in {}", file, found->name,
+                                      kind, model_kind(kind).ending));
+    for (const models::Parameter& p : loaded->model->parameters()) {
+        loaded->keys.push_back(p.si() != 1 ? fmt::format("{}_{}", p.name, p.unit) : std::string(p.name));
+        loaded->helps.push_back(p.help.empty() ? fmt::format("Parameter of {}", loaded->model->name())
+                                               : std::string(p.help));
+    }
+    return loaded;
+}
+
+config::ShippedFolder shipped_models(std::string_view kind) {
+    const models::ModelKind& row = model_kind(kind);
+    return {"models", row.ending, row.title};
+}
+
+ModelValues defaults_of(std::shared_ptr<const LoadedModel> loaded) {
+    ModelValues p;
+    p.values = models::default_parameters(*loaded->model).values;
+    p.loaded = std::move(loaded);
+    return p;
+}
+
+config::Key parameter_key(ModelValues& p, std::size_t index) {
+    const models::Parameter& parameter = p.loaded->model->parameters()[index];
+    double* const first = p.values[index].data();
+    const int count = models::components(parameter.type);
+    const bool one = count <= 1 || parameter.type == models::Type::vec4;
+    const double si = parameter.si();
+    const config::Target target =
+        !one      ? config::Target(config::Numbers{first, static_cast<std::size_t>(count)})
+        : si != 1 ? config::Target(config::Scaled{first, si})
+                  : config::Target(first);
+    return config::key(p.loaded->keys[index], target)
+        .unit(parameter.unit)
+        .range(parameter.min, parameter.max)
+        .help(p.loaded->helps[index]);
+}
+
+config::Keys parameter_keys(ModelValues& p) {
+    config::Keys keys;
+    for (std::size_t i = 0; i < p.values.size(); ++i)
+        if (!p.loaded->model->parameters()[i].global) keys.push_back(parameter_key(p, i));
+    return keys;
+}
+
+config::Key shininess_key(ModelValues& p) {
+    return config::key("shininess", &p.shininess).range(0, 1e6).help("Argument `shininess` of brdf()");
+}
+
+models::ModelParameters program_parameters(const ModelValues& p) {
+    models::ModelParameters parameters;
+    parameters.values = p.values;
+    for (std::size_t i = 0; i < parameters.values.size(); ++i)
+        if (p.loaded->model->parameters()[i].type == models::Type::vec4)
+            parameters.values[i].fill(p.values[i][0]);
+    return parameters;
+}
+
+} // namespace obscura::scene

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// A model written in SuMoL with values of its parameters, as a scene holds it.
+#pragma once
+
+#include "config/keys.hpp"
+#include "config/shipped_files.hpp"
+#include "models/kinds/model_parameters.hpp"
+#include "models/model/model.hpp"
+
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::scene {
+
+/// A model with the names of its parameters as keys. Immutable; thread-safe.
+struct LoadedModel {
+    std::shared_ptr<const models::Model> model;
+    std::vector<std::string> keys;  ///< of Model::parameters(): name, and the unit "deg" at its end
+    std::vector<std::string> helps; ///< of the keys
+};
+/// Reads a file, whose model is of the kind called `kind`; "": of any. Throws ConfigError or InputError.
+[[nodiscard]] std::shared_ptr<const LoadedModel> load_model(const std::string& file,
+                                                            std::string_view kind = "");
+
+/// Shipped models of a kind.
+[[nodiscard]] config::ShippedFolder shipped_models(std::string_view kind);
+
+/// Values of the parameters of a model.
+struct ModelValues {
+    std::shared_ptr<const LoadedModel> loaded; ///< null: none
+    /// Four for each of Model::parameters(), angles in radians; textures are 1.
+    std::vector<std::array<double, 4>> values;
+    double shininess = 1; ///< argument of brdf(), for materials
+};
+/// With the defaults of `loaded`.
+[[nodiscard]] ModelValues defaults_of(std::shared_ptr<const LoadedModel> loaded);
+
+/// Key of the parameter with that index, bound to `p`: name, unit, range and help as the text declares them.
+[[nodiscard]] config::Key parameter_key(ModelValues& p, std::size_t index);
+/// Keys of all parameters but globals, for kinds that have no textures.
+[[nodiscard]] config::Keys parameter_keys(ModelValues& p);
+
+/// Key of the shininess, for materials.
+[[nodiscard]] config::Key shininess_key(ModelValues& p);
+
+/// For a program of the model.
+[[nodiscard]] models::ModelParameters program_parameters(const ModelValues& p);
+
+} // namespace obscura::scene

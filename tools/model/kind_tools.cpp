@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/model/kind_tools.hpp"
+
+#include "config/document.hpp"
+#include "core/error.hpp"
+#include "core/io/path_state.hpp"
+#include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
+#include "host/command_line.hpp"
+#include "models/model/entry_points.hpp"
+#include "tools/model/material_tools.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace obscura::tools {
+
+ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
+    return {program.cost(), program.slots(), std::move(why_interpreted), program.instructions(), {}};
+}
+
+const std::vector<const KindTools*>& kind_tools() {
+    static const std::vector<const KindTools*> tools{&material_tools()};
+    return tools;
+}
+
+const KindTools& tools_of(const models::Model& model) {
+    const std::string_view kind = models::kind_of(model)->name;
+    return **std::find_if(kind_tools().begin(), kind_tools().end(),
+                          [&](const KindTools* tools) { return tools->kind == kind; });
+}
+
+std::vector<std::filesystem::path> shipped_model_files() {
+    std::vector<std::filesystem::path> files;
+    for (const KindTools* tools : kind_tools())
+        for (const std::filesystem::path& file : config::shipped_files(scene::shipped_models(tools->kind)))
+            files.push_back(file);
+    return files;
+}
+
+std::filesystem::path model_path(const std::string& name) {
+    if (is_file_at(name)) return name;
+    for (const KindTools* tools : kind_tools())
+        if (const auto file = config::find_shipped(scene::shipped_models(tools->kind), name)) return *file;
+    if (name.find('/') != std::string::npos || models::unknown_ending(name).empty()) return name;
+    std::vector<std::string> names;
+    for (const std::filesystem::path& file : shipped_model_files())
+        names.push_back(file.stem().string());
+    throw InputError(fmt::format("{}: no such file, and no shipped model: {}", printable(name),
+                                 allowed_words(name, {names.begin(), names.end()})));
+}
+
+scene::ModelValues chosen_model(const std::string& file, const std::vector<std::string>& settings) {
+    scene::ModelValues p = scene::defaults_of(scene::load_model(model_path(file).string()));
+    std::string text;
+    for (const std::string& setting : settings) {
+        if (setting.find('=') == std::string::npos)
+            throw host::UsageError(fmt::format("--set {}: allowed is NAME=VALUE", printable(setting)));
+        text += setting + '\n';
+    }
+    const config::Value table = config::parse_text(text, "--set");
+    config::Keys keys = parameter_keys(p);
+    if (models::kind_of(*p.loaded->model)->name == material_tools().kind) keys.push_back(shininess_key(p));
+    (void)config::read_keys(table, {"--set", ""}, keys);
+    return p;
+}
+
+} // namespace obscura::tools
