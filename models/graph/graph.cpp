@@ -84,6 +84,17 @@ NodeId Graph::apply(Operation operation, NodeId a, NodeId b, NodeId c) {
     return add(node);
 }
 
+std::vector<bool> needed_nodes(const Graph& graph, std::span<const NodeId> outputs) {
+    std::vector<bool> needed(graph.nodes().size(), false);
+    for (const NodeId id : outputs)
+        needed[static_cast<std::size_t>(id)] = true;
+    for (std::size_t i = needed.size(); i-- > 0;)
+        if (needed[i])
+            for (const NodeId operand : graph.nodes()[i].operands)
+                if (operand >= 0) needed[static_cast<std::size_t>(operand)] = true;
+    return needed;
+}
+
 double result_of(Operation operation, double a, double b, double c) {
     double sine = 0, cosine = 0;
     switch (operation) {

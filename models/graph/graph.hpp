@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <vector>
 
 namespace obscura::models {
@@ -61,6 +62,9 @@ private:
     std::vector<Node> nodes_;
     std::map<Key, NodeId> ids_;
 };
+
+/// Whether `outputs` depend on a node, by its number; they do on themselves.
+[[nodiscard]] std::vector<bool> needed_nodes(const Graph& graph, std::span<const NodeId> outputs);
 
 /// What one operation gives: the arithmetic of interpreter and constants.
 [[nodiscard]] double result_of(Operation operation, double a, double b, double c);

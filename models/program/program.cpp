@@ -16,18 +16,6 @@ constexpr std::size_t at(NodeId id) {
     return static_cast<std::size_t>(id);
 }
 
-/// Nodes that `outputs` depend on.
-std::vector<bool> needed_nodes(const Graph& graph, std::span<const NodeId> outputs) {
-    std::vector<bool> needed(graph.nodes().size(), false);
-    for (const NodeId id : outputs)
-        needed[at(id)] = true;
-    for (std::size_t i = needed.size(); i-- > 0;)
-        if (needed[i])
-            for (const NodeId operand : graph.nodes()[i].operands)
-                if (operand >= 0) needed[at(operand)] = true;
-    return needed;
-}
-
 /// Slots by last use: a slot is free for the result of the instruction that reads it last.
 class SlotAllocator {
 public:
