@@ -273,7 +273,8 @@ Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistak
         if (key != keys.end()) {
             mistakes.collect([&] {
                 const Value& value = annotated ? unwrapped(member.value, here) : member.value;
-                std::visit(Reader(*key, value, here), key->target);
+                if (!(key->allows_table() && value.kind == Value::Kind::table))
+                    std::visit(Reader(*key, value, here), key->target);
             });
             given.emplace(member.key, member.value.at);
         } else if (std::find(elsewhere.begin(), elsewhere.end(), member.key) == elsewhere.end()) {

@@ -96,6 +96,8 @@ public:
     [[nodiscard]] Key help(std::string_view text) && { return (help_ = text, std::move(*this)); }
     /// The table is refused without this key.
     [[nodiscard]] Key required() && { return (required_ = true, std::move(*this)); }
+    /// The value may be a table instead, which the owner of the section reads.
+    [[nodiscard]] Key or_table() && { return (or_table_ = true, std::move(*this)); }
     /// A reload accepts a new value without stopping the acquisition.
     [[nodiscard]] Key reloadable() && { return (reloadable_ = true, std::move(*this)); }
     /// Not part of an effective configuration, because other keys there have its effect.
@@ -106,6 +108,7 @@ public:
     [[nodiscard]] const std::vector<std::string_view>& choices() const noexcept { return choices_; }
     [[nodiscard]] std::string_view help() const noexcept { return help_; }
     [[nodiscard]] bool is_required() const noexcept { return required_; }
+    [[nodiscard]] bool allows_table() const noexcept { return or_table_; }
     [[nodiscard]] bool is_reloadable() const noexcept { return reloadable_; }
     [[nodiscard]] bool is_printed() const noexcept { return printed_; }
 
@@ -113,7 +116,7 @@ private:
     std::string_view unit_, help_;
     Range range_;
     std::vector<std::string_view> choices_;
-    bool required_ = false, reloadable_ = false, printed_ = true;
+    bool required_ = false, or_table_ = false, reloadable_ = false, printed_ = true;
 };
 
 /// A key whose value goes to `target`; the content of `target` before reading is the default.
