@@ -6,7 +6,7 @@
 #include "emulator/render/render_faults.hpp"
 #include "emulator/unit/reload.hpp"
 #include "renderer/camera/lens_cards.hpp"
-#include "renderer/materials/model_material.hpp"
+#include "renderer/world/model_warnings.hpp"
 #include "renderer/world/pose_age.hpp"
 #include "renderer/world/preset_range.hpp"
 #include "service/failure.hpp"
@@ -209,7 +209,7 @@ void CameraUnit::report_pose_ages() {
     if (!std::exchange(presets_judged_, true)) {
         for (const std::string& line : renderer::presets_out_of_range(scene(), imaging_->renderer->view(*at)))
             log_warning("material: {}", line);
-        for (const std::string& line : renderer::model_material_warnings(scene()))
+        for (const std::string& line : renderer::model_warnings(scene()))
             log_warning("material: {}", line);
     }
     double largest_s = 0;

@@ -162,4 +162,19 @@ double result_of(Operation operation, double a, double b, double c) {
     return 0;
 }
 
+bool Graph::depends_on(std::span<const NodeId> outputs, Operation leaf_operation, std::int32_t index) const {
+    std::vector<bool> used(nodes_.size());
+    for (const NodeId id : outputs)
+        used[static_cast<std::size_t>(id)] = true;
+    // Operands stand before what is computed from them.
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+        if (!used[i]) continue;
+        const Node& n = nodes_[i];
+        if (n.operation == leaf_operation && n.index == index) return true;
+        for (const NodeId operand : n.operands)
+            if (operand >= 0) used[static_cast<std::size_t>(operand)] = true;
+    }
+    return false;
+}
+
 } // namespace obscura::models

@@ -45,6 +45,8 @@ public:
     [[nodiscard]] bool is_constant(NodeId id, double value) const {
         return is_constant(id) && node(id).value == value;
     }
+    /// Whether any of `outputs` is computed from that uniform or input.
+    [[nodiscard]] bool depends_on(std::span<const NodeId> outputs, Operation leaf, std::int32_t index) const;
     [[nodiscard]] bool full() const noexcept { return nodes_.size() >= max_nodes; }
 
 private:

@@ -49,6 +49,22 @@ EntryPoint emission() {
             "Radiance that the surface emits, W m-2 sr-1, in each channel"};
 }
 
+EntryPoint density() {
+    return {
+        "density",
+        Type::scalar,
+        {{Type::vec2, "p"},
+         {Type::scalar, "wavelength"},
+         {Type::vec2, "field"},
+         {Type::scalar, "pitch"},
+         {Type::scalar, "f_number"}},
+        {2, 3, 5},
+        true,
+        "Light of a point per square of the pitch, 1 in all; p: place from the point in pitches of the "
+        "columns, x to the right, y down; wavelength: m; field: the point from the centre of the sensor, px; "
+        "pitch: of the columns, m; f_number: focal length over aperture"};
+}
+
 std::string signature(const EntryPoint& entry) {
     std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
     for (std::size_t i = 0; i < entry.arguments.size(); ++i) {
@@ -70,6 +86,7 @@ const std::vector<ModelKind>& model_kinds() {
          "Scattering law of a surface.",
          {brdf(), emission()},
          {{"lookup3DLOD", {Type::texture, Type::vec3, Type::scalar}, Type::vec4}}},
+        {"psf", "PSF model", ".psf", "Point spread function of the optics.", {density()}, {}},
     };
     return kinds;
 }

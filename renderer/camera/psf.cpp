@@ -2,6 +2,7 @@
 #include "renderer/camera/psf.hpp"
 
 #include "core/error.hpp"
+#include "renderer/camera/model_psf.hpp"
 #include "renderer/camera/psf_file.hpp"
 #include "renderer/camera/psf_tables.hpp"
 
@@ -26,8 +27,9 @@ void check_point_spread(const scene::Camera& camera) {
     if (with_wings && !(s.wings_px > s.core_px))
         throw ConfigError(fmt::format("camera: psf: wings of {} px: allowed 0 or more than the core's {} px",
                                       s.wings_px, s.core_px));
-    if (s.model == Model::table && s.defocus_m != 0)
-        throw ConfigError("camera: psf: a table cannot be defocused: allowed are gaussian and airy");
+    if ((s.model == Model::table || s.model == Model::model) && s.defocus_m != 0)
+        throw ConfigError(fmt::format("camera: psf: a {} cannot be defocused: allowed are gaussian and airy",
+                                      name_of(s.model)));
     const double disc_px = defocus_disc_px(camera);
     const double room_px =
         (with_wings ? 0.5 : 1) * s.core_px - (s.model == Model::gaussian ? 4 * camera.psf_sigma_px : 1);
@@ -69,6 +71,10 @@ std::unique_ptr<const Psf> Psf::make(scene::Camera& camera, const std::vector<Sp
         camera.psf_sigma_px = 0;
         return nullptr;
     }
+    if (s.model == Model::model) {
+        psf->add_model(camera, bands);
+        return psf;
+    }
     psf->field_x_ = psf->field_y_ = {0};
     check_table_size(psf->extent(), bands.size(), 1);
     psf->add_zone(radial_psf_tables(camera, bands, psf->extent()));
@@ -90,6 +96,25 @@ void Psf::add_images(const std::vector<PsfImage>& images, const std::string& fil
     for (const double y : ys)
         for (const double x : xs)
             add_zone(image_psf_tables(images, file, {x, y}, bands, extent()));
+}
+
+void Psf::add_model(const scene::Camera& camera, const std::vector<SpectralBand>& bands) {
+    const models::PsfProgram program = psf_program(camera);
+    chromatic_ = bands.size() > 1 && program.depends_on_wavelength();
+    constexpr int places = 5;
+    const auto spread = [&](std::int32_t size) {
+        if (!program.depends_on_field()) return std::vector<double>{(size - 1) / 2.0};
+        std::vector<double> at;
+        for (int i = 0; i < places; ++i)
+            at.push_back((size - 1.0) * i / (places - 1));
+        return at;
+    };
+    field_x_ = spread(camera.width);
+    field_y_ = spread(camera.height);
+    check_table_size(extent(), bands.size(), field_x_.size() * field_y_.size());
+    for (const double y : field_y_)
+        for (const double x : field_x_)
+            add_zone(model_psf_tables(program, camera, {x, y}, bands, extent()));
 }
 
 void Psf::add_zone(PsfTables tables) {

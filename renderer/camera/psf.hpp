@@ -79,6 +79,9 @@ private:
 
     /// Adds all field positions of the images of a file. Throws ConfigError or InputError.
     void add_images(const std::vector<PsfImage>& images, const std::string& file, std::size_t bands);
+    /// Adds the field positions of the model of `camera`: one in the middle if it is the same everywhere,
+    /// else 5 x 5 over the sensor, between which it is linear. Throws ConfigError.
+    void add_model(const scene::Camera& camera, const std::vector<SpectralBand>& bands);
     /// Adds the next field position.
     void add_zone(PsfTables tables);
     [[nodiscard]] PsfExtent extent() const;

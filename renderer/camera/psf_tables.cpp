@@ -10,9 +10,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <numeric>
+#include <span>
 #include <utility>
 
 namespace obscura::renderer {
@@ -74,11 +77,20 @@ double core_light(const PsfProfile& p, double core_px) {
     return sum * 2 * pi / 6 * p.step_px;
 }
 
-/// Values of `psf_at(x, y)` times the window on the grid of PsfCore, normalised to `light` in all; each is
-/// the mean over `points` points along x and as dense ones along y, for patterns finer than the grid. Both
-/// axes of `psf_at` are in pitches of the columns.
-std::vector<double> grid_of(const std::function<double(double, double)>& psf_at, const PsfExtent& extent,
-                            double light, int points) {
+/// Values of a function of x and y at many points, both in pitches of the columns.
+using PsfValues =
+    std::function<void(std::span<const double> x, std::span<const double> y, std::span<double>)>;
+
+PsfValues point_by_point(const std::function<double(double, double)>& psf_at) {
+    return [psf_at](std::span<const double> x, std::span<const double> y, std::span<double> values) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = psf_at(x[i], y[i]);
+    };
+}
+
+/// Values of `psf_at` times the window on the grid of PsfCore, normalised to `light` in all; each is the mean
+/// over `points` points along x and as dense ones along y, for patterns finer than the grid.
+std::vector<double> grid_of(const PsfValues& psf_at, const PsfExtent& extent, double light, int points) {
     const std::int32_t half = extent.half;
     const double aspect = extent.aspect;
     const double core_px = extent.core_px;
@@ -87,22 +99,37 @@ std::vector<double> grid_of(const std::function<double(double, double)>& psf_at,
     std::vector<double> grid(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
     const double step = 1.0 / PsfCore::per_pixel;
     double sum = 0;
-    for (std::int32_t j = 0; j < side; ++j)
-        for (std::int32_t i = 0; i < side; ++i) {
+    std::vector<double> xs, ys, values;
+    for (std::int32_t j = 0; j < side; ++j) {
+        const double y = aspect * ((j - half) * step);
+        const auto radius_at = [&](std::int32_t i) {
             const double x = (i - half) * step;
-            const double y = aspect * ((j - half) * step);
-            const double r = std::sqrt(x * x + y * y);
+            return std::sqrt(x * x + y * y);
+        };
+        xs.clear();
+        ys.clear();
+        for (std::int32_t i = 0; i < side; ++i)
+            if (radius_at(i) < core_px + aspect)
+                for (int b = 0; b < points_y; ++b)
+                    for (int a = 0; a < points; ++a) {
+                        xs.push_back((i - half) * step + step * ((a + 0.5) / points - 0.5));
+                        ys.push_back(y + aspect * step * ((b + 0.5) / points_y - 0.5));
+                    }
+        values.resize(xs.size());
+        psf_at(xs, ys, values);
+        auto next = values.begin();
+        for (std::int32_t i = 0; i < side; ++i) {
+            const double r = radius_at(i);
             double mean = 0;
             if (r < core_px + aspect)
-                for (int b = 0; b < points_y; ++b)
-                    for (int a = 0; a < points; ++a)
-                        mean += psf_at(x + step * ((a + 0.5) / points - 0.5),
-                                       y + aspect * step * ((b + 0.5) / points_y - 0.5));
+                for (int k = 0; k < points * points_y; ++k)
+                    mean += *next++;
             const double value = mean / (points * points_y) * core_window(r, core_px, extent.has_wings());
             grid[static_cast<std::size_t>(j) * static_cast<std::size_t>(side) + static_cast<std::size_t>(i)] =
                 value;
             sum += value;
         }
+    }
     for (double& v : grid)
         v *= light / (sum * step * step);
     return grid;
@@ -192,8 +219,8 @@ PsfTables radial_psf_tables(const scene::Camera& camera, const std::vector<Spect
                                    : airy_band(camera, band);
         const PsfProfile profile = tabulate(psf.core, extent.core_px + 1, psf.step_px);
         const double inside = extent.has_wings() ? core_light(profile, extent.core_px) : 1;
-        tables.grids.push_back(grid_of(
-            [&](double x, double y) { return profile.at(std::sqrt(x * x + y * y)); }, extent, inside, 4));
+        const auto psf_at = [&](double x, double y) { return profile.at(std::sqrt(x * x + y * y)); };
+        tables.grids.push_back(grid_of(point_by_point(psf_at), extent, inside, 4));
         if (extent.has_wings())
             tables.wings.push_back(wing_table(psf.wings, extent.core_px, extent.wings_px));
     }
@@ -230,7 +257,61 @@ PsfTables image_psf_tables(const std::vector<PsfImage>& images, const std::strin
                 inside = core_light(tabulate(ring, extent.core_px, 1.0 / 16), extent.core_px);
             tables.wings.push_back(wing_table(ring, extent.core_px, extent.wings_px));
         }
-        tables.grids.push_back(grid_of(psf_at, extent, inside, finer));
+        tables.grids.push_back(grid_of(point_by_point(psf_at), extent, inside, finer));
+    }
+    return tables;
+}
+
+models::PsfConditions psf_conditions(const scene::Camera& camera) {
+    models::PsfConditions conditions;
+    conditions.pitch_m = camera.pixel_pitch_m;
+    conditions.f_number = camera.focal_length_m / camera.aperture_m;
+    return conditions;
+}
+
+PsfTables model_psf_tables(const models::PsfProgram& psf, const scene::Camera& camera, ImagePoint field,
+                           const std::vector<SpectralBand>& bands, const PsfExtent& extent) {
+    models::PsfConditions conditions = psf_conditions(camera);
+    conditions.field_x_px = field.x - (camera.width - 1) / 2.0;
+    conditions.field_y_px = field.y - (camera.height - 1) / 2.0;
+    PsfTables tables;
+    for (const SpectralBand& band : bands) {
+        if (!tables.grids.empty() && !psf.depends_on_wavelength()) {
+            tables.grids.push_back(tables.grids.front());
+            if (extent.has_wings()) tables.wings.push_back(tables.wings.front());
+            continue;
+        }
+        auto wavelengths = wavelengths_of(band);
+        if (!psf.depends_on_wavelength()) wavelengths = {{conditions.wavelength_m, 1.0}};
+        std::vector<double> one;
+        const PsfValues psf_at = [&](std::span<const double> x, std::span<const double> y,
+                                     std::span<double> values) {
+            std::fill(values.begin(), values.end(), 0.0);
+            one.resize(values.size());
+            for (const auto& [wavelength, share] : wavelengths) {
+                conditions.wavelength_m = wavelength;
+                psf.density(conditions, x, y, one);
+                for (std::size_t i = 0; i < values.size(); ++i)
+                    values[i] += share * one[i];
+            }
+        };
+        const RadialPsf ring = [&](double r) {
+            std::array<double, 64> x{}, y{}, value{};
+            for (std::size_t k = 0; k < x.size(); ++k) {
+                const double angle = 2 * pi * static_cast<double>(k) / static_cast<double>(x.size());
+                x[k] = r * std::cos(angle);
+                y[k] = r * std::sin(angle);
+            }
+            psf_at(x, y, value);
+            return std::accumulate(value.begin(), value.end(), 0.0) / static_cast<double>(x.size());
+        };
+        double inside = 1;
+        if (extent.has_wings()) {
+            inside = core_light(tabulate(ring, extent.core_px + 1, 1.0 / 64), extent.core_px);
+            tables.wings.push_back(wing_table(ring, extent.core_px, extent.wings_px));
+        }
+        // As fine as the built-in functions; of 25 places that would take seconds.
+        tables.grids.push_back(grid_of(psf_at, extent, inside, psf.depends_on_field() ? 2 : 4));
     }
     return tables;
 }

@@ -2,6 +2,7 @@
 // Tables of a point spread function at one field position: grids of the core and profiles of the wings.
 #pragma once
 
+#include "models/kinds/psf_program.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf_file.hpp"
 #include "renderer/scene/scene.hpp"
@@ -40,5 +41,12 @@ struct PsfTables {
 /// By images, at one of their field positions. Throws InputError, which names `file`.
 [[nodiscard]] PsfTables image_psf_tables(const std::vector<PsfImage>& images, const std::string& file,
                                          ImagePoint field, std::size_t bands, const PsfExtent& extent);
+
+/// By a model, for points at `field` of the sensor, px.
+[[nodiscard]] PsfTables model_psf_tables(const models::PsfProgram& psf, const scene::Camera& camera,
+                                         ImagePoint field, const std::vector<SpectralBand>& bands,
+                                         const PsfExtent& extent);
+/// What a model is asked for beside the place, in the middle of the sensor, at 550 nm.
+[[nodiscard]] models::PsfConditions psf_conditions(const scene::Camera& camera);
 
 } // namespace obscura::renderer

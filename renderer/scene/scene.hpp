@@ -9,6 +9,7 @@
 #include "core/time.hpp"
 #include "ephemeris/time/epoch.hpp"
 #include "renderer/scene/description.hpp"
+#include "renderer/scene/model_values.hpp"
 
 #include <array>
 #include <cstddef>
@@ -327,11 +328,13 @@ struct PointSpread {
         gaussian, ///< sigma: Camera::psf_sigma_px
         airy,     ///< diffraction at the aperture, over the wavelengths of each band
         table,    ///< images from a file, by field position and spectral band
+        model,    ///< density() of `own`
     };
     Model model = Model::gaussian;
     double obscuration = 0; ///< central obscuration: diameter over the aperture's
     double defocus_m = 0;   ///< distance of the focus from the sensor; not for tables
     std::string file{};     ///< FITS, see renderer/camera/psf_file.hpp
+    ModelValues own{};      ///< a model of kind psf
     /// Core radius, within which camera samples are displaced; light beyond it is in the wings.
     double core_px = 16;
     double wings_px = 0; ///< wing radius; 0: no wings, all light is in the core
@@ -339,7 +342,7 @@ struct PointSpread {
 constexpr auto enum_names(PointSpread::Model /*type*/) {
     using Model = PointSpread::Model;
     return std::array{EnumName{Model::gaussian, "gaussian"}, EnumName{Model::airy, "airy"},
-                      EnumName{Model::table, "table"}};
+                      EnumName{Model::table, "table"}, EnumName{Model::model, "model"}};
 }
 
 /// Named point of a body, for the truth table.

@@ -92,8 +92,9 @@ config::Keys keys_of(Camera& s) {
             .help(
                 "Velocity of the camera in the inertial frame, for aberration; that of the trajectory if not given"),
         config::key("psf", &s.psf.model)
+            .or_table()
             .help(
-                "Point spread function: gaussian (psf_sigma_px), airy (diffraction at the aperture), table (psf_file)"),
+                "Point spread function: gaussian (psf_sigma_px), airy (diffraction at the aperture), table (psf_file), or one of your own: psf = { model = \"FILE.psf\", PARAMETER = VALUE }, see models.md"),
         config::key("psf_obscuration", &s.psf.obscuration)
             .range(0, 0.99)
             .help("Diameter of the central obscuration over that of the aperture"),
@@ -109,7 +110,7 @@ config::Keys keys_of(Camera& s) {
             .range(2, 128)
             .help(
                 "Radius of the core of the point spread function, within which camera samples are displaced; "
-                "with psf airy and table and with defocus"),
+                "with psf airy, table and models and with defocus"),
         config::key("psf_wings_px", &s.psf.wings_px)
             .unit("px")
             .range(0, 65536)

@@ -4,11 +4,13 @@
 #include "core/camera/pixel_pitch.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
+#include "renderer/scene_files/model_table.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 namespace obscura::scene {
 namespace {
@@ -18,6 +20,16 @@ struct CameraPlace {
     JointKeys joint;
     KernelPlaceKeys kernel;
 };
+
+/// Reads `psf = { model = "FILE.psf", PARAMETER = VALUE }`.
+void read_psf(PointSpread& psf, const config::ReadTable& table) {
+    if (auto own = read_model(table, "psf", "psf")) {
+        psf.model = PointSpread::Model::model;
+        psf.own = *std::move(own);
+    } else if (psf.model == PointSpread::Model::model) {
+        table.refuse("psf", "a function of your own has a table: write psf = { model = \"FILE.psf\" }");
+    }
+}
 
 } // namespace
 
@@ -33,6 +45,7 @@ config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>
     section.check = [&camera, read, place_keys, kernels](const config::ReadTable& table) {
         if (camera.psf.model == PointSpread::Model::table && camera.psf.file.empty())
             table.refuse_table("the key \"psf_file\" is missing");
+        read_psf(camera.psf, table);
         if (const std::string why = explain_invalid_row_pitch(camera.pixel_pitch_m, camera.pixel_pitch_y_m);
             !why.empty())
             table.refuse("pixel_pitch_y_um", why);

@@ -58,7 +58,7 @@ struct TextureKeys {
 
 std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
                                       std::string_view kind) {
-    const config::Member* const member = table.table()->find(key);
+    const config::Member* const member = table.table() == nullptr ? nullptr : table.table()->find(key);
     if (member == nullptr || member->value.kind != config::Value::Kind::table) return {};
     const config::Where where = table.where().in(key);
     std::optional<ModelValues> read;

@@ -6,13 +6,14 @@
 #include "renderer/scene/model_values.hpp"
 #include "renderer/scene/scene.hpp"
 
+#include <array>
 #include <optional>
 #include <string_view>
 
 namespace obscura::scene {
 
-/// The table, by dotted path. All its strings name files.
-inline constexpr std::string_view model_table_path = "body.material";
+/// The tables, by dotted path. All their strings name files.
+inline constexpr std::array<std::string_view, 2> model_table_paths{"body.material", "camera.psf"};
 
 /// Reads the table `key = { model = "FILE", PARAMETER = VALUE }` within `table` as a model of the kind called
 /// `kind`; nothing where the key is no table, or after mistakes.

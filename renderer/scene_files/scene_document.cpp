@@ -50,6 +50,10 @@ const FileKeys& file_keys() {
     return keys;
 }
 
+bool is_model_table(std::string_view path) {
+    return std::find(model_table_paths.begin(), model_table_paths.end(), path) != model_table_paths.end();
+}
+
 void visit_table(Value& table, const std::string& path, const std::filesystem::path& folder,
                  const SceneDocument::VisitFile& visit) {
     const auto own = file_keys().find(path);
@@ -57,7 +61,7 @@ void visit_table(Value& table, const std::string& path, const std::filesystem::p
         Value& value = member.value;
         const std::string inner = path.empty() ? member.key : path + "." + member.key;
         const bool names_files =
-            path == model_table_path || (own != file_keys().end() && own->second.contains(member.key));
+            is_model_table(path) || (own != file_keys().end() && own->second.contains(member.key));
         if (value.kind == Value::Kind::table) visit_table(value, inner, folder, visit);
         if (value.kind == Value::Kind::string && names_files) visit(value, folder);
         if (value.kind != Value::Kind::array) continue;

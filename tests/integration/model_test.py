@@ -139,10 +139,59 @@ LAWS = [
                "backscatter_h": 0.1, "roughness_deg": 23, "filling_factor": 0.2}, hapke, 1e-12),
 ]
 
+def gaussian(x, y, sigma_long, sigma_short, angle_deg):
+    turn = math.radians(angle_deg)
+    along, across = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ [x, y]
+    return math.exp(-along ** 2 / (2 * sigma_long ** 2) - across ** 2 / (2 * sigma_short ** 2)) / (2 * math.pi * sigma_long * sigma_short)
+
+
+def moffat(x, y, fwhm, beta):
+    alpha = fwhm / (2 * math.sqrt(2 ** (1 / beta) - 1))
+    return (beta - 1) / (math.pi * alpha ** 2) * (1 + (x * x + y * y) / alpha ** 2) ** -beta
+
+
+def bessel_j1(x):
+    """Bessel's integral, by the trapezoidal rule of a periodic function."""
+    angle = np.linspace(0, np.pi, 2001)
+    return np.trapz(np.cos(angle - x * np.sin(angle)), angle) / np.pi
+
+
+def airy(x, y, obscuration, wavelength, f_number, pitch):
+    scale = pitch * 1e-6 / (wavelength * 1e-9 * f_number)
+    v = math.pi * scale * math.hypot(x, y)
+    jinc = lambda q: 2 * bessel_j1(q) / q if q > 0 else 1
+    amplitude = (jinc(v) - obscuration ** 2 * jinc(obscuration * v)) / (1 - obscuration ** 2)
+    return math.pi / 4 * (1 - obscuration ** 2) * scale ** 2 * amplitude ** 2
+
+
+def asymmetric(x, y, sigma, growth, field_x, field_y):
+    length = math.hypot(field_x, field_y)
+    u, v = (x * field_x + y * field_y) / length, (y * field_x - x * field_y) / length
+    outer = sigma * (1 + growth * length / 1000)
+    side = outer if u > 0 else sigma
+    return 2 / (2 * math.pi * sigma * (sigma + outer)) * math.exp(-u * u / (2 * side ** 2) - v * v / (2 * sigma ** 2))
+
+
+# Point spread functions: parameters, arguments besides the place, formula, largest relative difference.
+PSFS = [
+    ("gaussian.psf", {"sigma_long": 1.5, "sigma_short": 0.7, "angle_deg": 30}, {}, gaussian, 1e-12),
+    ("moffat.psf", {"fwhm": 2.2, "beta": 2.5}, {}, moffat, 1e-12),
+    ("airy.psf", {"obscuration": 0.3}, {"wavelength": 700, "f_number": 8, "pitch": 5}, airy, 5e-6),
+    ("asymmetric.psf", {"sigma": 0.9, "growth": 2}, {"field_x": 400, "field_y": -300}, asymmetric, 1e-12),
+]
+
 with tempfile.TemporaryDirectory(prefix="obscura-model-") as temporary:
     folder = pathlib.Path(temporary)
     names = [entry["name"] for entry in json.loads(call("list", "--json", folder=folder)[1])]
-    check("each shipped law is tested", sorted(names) == sorted(law[0] for law in LAWS), names)
+    tested = [law[0] for law in LAWS] + [name.removesuffix(".psf") for name, *_ in PSFS]
+    check("each shipped model is tested", sorted(names) == sorted(tested), names)
+    for name, parameters, point, formula, tolerance in PSFS:
+        settings = [word for key, value in parameters.items() for word in ("--set", f"{key}={value}")]
+        for x, y in ((0, 0), (0.3, -0.8), (-2.5, 1.25), (6, 7)):
+            at = [word for key, value in {"x": x, "y": y, **point}.items() for word in ("--at", f"{key}={value}")]
+            _, said, error = call("eval", name.removesuffix(".psf"), *settings, *at, "--json", folder=folder)
+            given, expected = json.loads(said)["density_per_px2"], formula(x, y, **parameters, **point)
+            check(f"{name} at ({x}, {y}) px is what its formula says", abs(given - expected) <= tolerance * abs(expected) + 1e-300, (given, expected, error))
     for name, parameters, formula, tolerance in LAWS:
         settings = [word for key, value in parameters.items() for word in ("--set", f"{key}={value}")]
         status, _, error = call("plot", name, *settings, "-o", "law.csv", folder=folder)

@@ -5,8 +5,8 @@
 #include "core/text/printable.hpp"
 #include "ephemeris/time/calendar.hpp"
 #include "ephemeris/time/time_scale.hpp"
-#include "renderer/materials/model_material.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/world/model_warnings.hpp"
 #include "renderer/world/pose_age.hpp"
 #include "renderer/world/preset_range.hpp"
 #include "tools/check/report.hpp"
@@ -154,7 +154,7 @@ void Plausibility::judge_date(const scene::Scene& scene) {
 void Plausibility::judge_presets(const scene::Scene& scene) {
     for (std::string& line : renderer::presets_out_of_range(scene, view_))
         add("preset_range", std::move(line));
-    for (std::string& line : renderer::model_material_warnings(scene))
+    for (std::string& line : renderer::model_warnings(scene))
         add("model", std::move(line));
 }
 

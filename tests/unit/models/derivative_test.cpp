@@ -64,7 +64,7 @@ TEST_CASE("derivatives of every operation are those of central differences", "[m
                 Graph graph;
                 const NodeId x = graph.input(0), y = graph.input(1), z = graph.input(2);
                 const int count = operation_table[row].operands;
-                // Of a condition, the select's first operand is one that does not change here.
+                // The condition of a selection does not change here.
                 const NodeId first = operation == Operation::select ? graph.apply(Operation::less, x, y) : x;
                 const NodeId id = graph.apply(operation, first, count > 1 ? y : -1, count > 2 ? z : -1);
                 const double expected = difference_at(graph, id, place, speed);

@@ -146,8 +146,9 @@ TEST_CASE("a file without the functions of its kind is refused", "[models]") {
         (void)Model::parse("m.txt", "");
         FAIL("allowed");
     } catch (const ConfigError& error) {
-        CHECK(std::string(error.what()) ==
-              "m.txt:1:1: the ending of the file's name says no kind of model: allowed are .brdf");
+        CHECK(std::string_view(error.what())
+                  .starts_with(
+                      "m.txt:1:1: the ending of the file's name says no kind of model: allowed are .brdf, "));
     }
 }
 
