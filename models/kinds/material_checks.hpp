@@ -4,6 +4,7 @@
 
 #include "models/kinds/material_program.hpp"
 
+#include <span>
 #include <string>
 
 namespace obscura::models {
@@ -26,8 +27,22 @@ struct MaterialReport {
     double asymmetry = 0;             ///< largest relative difference of r(i, e) / mu0 from r(e, i) / mu
     ScatterAngles asymmetry_at{};
 };
-/// With all varied parameters at `varied`. 24 x 24 x 24 directions.
-[[nodiscard]] MaterialReport report_on(const MaterialProgram& law, double varied = 0.5);
+/// Report on brdf(), with its rows at `rows`: 24 x 24 x 24 directions, in all bands.
+[[nodiscard]] MaterialReport report_on(const MaterialProgram& law, std::span<const double> rows);
+/// With all rows but the time at `row`.
+[[nodiscard]] MaterialReport report_on(const MaterialProgram& law, double row = 0.5);
+
+/// What emission() does on 912 angles of emission, with an argument `emission` of 1 where it varies.
+struct EmissionReport {
+    double not_finite_share = 0, not_finite_at_deg = 0; ///< of the angles, and the first
+    double negative_share = 0, negative_at_deg = 0; ///< of the angles, and that of the most negative value
+};
+[[nodiscard]] EmissionReport report_on_emission(const MaterialProgram& emission,
+                                                std::span<const double> rows);
+/// Why emission() cannot be used; empty: it can.
+[[nodiscard]] std::string refusal_by(const EmissionReport& report);
+/// What a user should know of it; empty: nothing.
+[[nodiscard]] std::string warning_by(const EmissionReport& report);
 
 /// Why the law cannot be used; empty: it can. `bounces`: light is reflected more than once.
 [[nodiscard]] std::string refusal_by(const MaterialReport& report, bool bounces);

@@ -17,10 +17,15 @@ constexpr std::size_t numbers_per_parameter = 4;
 
 /// Nodes of all parameters: inputs for those that vary, one uniform for components that are all the same.
 std::vector<NamedValue> parameter_nodes(const Model& model, const ModelParameters& parameters,
-                                        std::int32_t first_varied, Graph& graph) {
+                                        std::int32_t first_varied, Graph& graph,
+                                        const Surroundings& surroundings) {
     std::vector<NamedValue> names;
     for (std::size_t i = 0; i < model.parameters().size(); ++i) {
         const Parameter& p = model.parameters()[i];
+        if (const auto given = surroundings.parameter ? surroundings.parameter(i) : std::nullopt) {
+            names.push_back({p.name, *given});
+            continue;
+        }
         Value value{p.type, {}};
         value.nodes.fill(-1);
         const auto varied = std::find(parameters.varied.begin(), parameters.varied.end(), i);
@@ -53,6 +58,10 @@ ModelParameters default_parameters(const Model& model) {
         for (double& value : values)
             value = p.type == Type::texture ? 1 : value * p.si();
         parameters.values.push_back(values);
+        const bool same = std::all_of(values.begin(), values.end(), [&](double v) { return v == values[0]; });
+        parameters.channels.push_back(p.type == Type::vec4 && !same
+                                          ? std::vector(values.begin(), values.end())
+                                          : std::vector<double>());
     }
     return parameters;
 }
@@ -93,8 +102,8 @@ Value lowered(const Model& model, const Function& function, const ModelParameter
               const Surroundings& surroundings) {
     arguments.resize(function.arguments.size());
     Findings findings;
-    Lowering lowering(model.tree(), graph, findings, parameter_nodes(model, parameters, first_varied, graph),
-                      surroundings);
+    Lowering lowering(model.tree(), graph, findings,
+                      parameter_nodes(model, parameters, first_varied, graph, surroundings), surroundings);
     const auto result = lowering.result_of_call(function, std::move(arguments));
     if (findings.has_errors() || !result) throw ConfigError(findings.text(model.name(), true));
     return *result;

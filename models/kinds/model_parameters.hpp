@@ -23,6 +23,8 @@ namespace obscura::models {
 struct ModelParameters {
     std::vector<std::array<double, 4>> values{};
     std::vector<std::size_t> varied{}; ///< indices in Model::parameters()
+    /// Values of a vec4 whose channels differ, for each of Model::parameters(); empty: `values` has it.
+    std::vector<std::vector<double>> channels{};
     /// Machine code is made for this, or none: the interpreter. Both give the same bits.
     NativeTarget target = native_target();
 };

@@ -39,6 +39,8 @@ struct Surroundings {
     std::function<std::optional<Value>(std::string_view name, const std::vector<Value>& arguments,
                                        std::string& why)>
         look_up{};
+    /// Value of the parameter with that index where it is not the usual one.
+    std::function<std::optional<Value>(std::size_t parameter)> parameter{};
 };
 
 } // namespace obscura::models

@@ -85,7 +85,8 @@ const std::vector<ModelKind>& model_kinds() {
          ".brdf",
          "Scattering law of a surface.",
          {brdf(), emission()},
-         {{"lookup3DLOD", {Type::texture, Type::vec3, Type::scalar}, Type::vec4}}},
+         {{"lookup3DLOD", {Type::texture, Type::vec3, Type::scalar}, Type::vec4},
+          {"lookup3DLOD", {Type::texture, Type::vec2, Type::scalar}, Type::vec4}}},
         {"psf", "PSF model", ".psf", "Point spread function of the optics.", {density()}, {}},
     };
     return kinds;
@@ -142,12 +143,15 @@ std::optional<Value> look_up_stand_in(const Model& model, std::string_view name,
         bool fits = arguments.size() == f.arguments.size();
         for (std::size_t i = 0; fits && i < arguments.size(); ++i)
             fits = arguments[i].type == f.arguments[i];
-        if (fits) return placed(f.type);
+        if (fits) {
+            why.clear();
+            return placed(f.type);
+        }
+        if (!why.empty()) continue;
         std::vector<std::string_view> types;
         for (const Type type : f.arguments)
             types.push_back(name_of(type));
         why = fmt::format("{}() takes {}", name, fmt::join(types, ", "));
-        return {};
     }
     return {};
 }

@@ -41,8 +41,8 @@ struct SurfaceLook {
 };
 
 /// Fills `look` and applies the normal map to `surface`.
-void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacket& hits, std::int32_t index,
-                    double ray_width_rad, SurfacePacket& surface, SurfaceLook& look) {
+void apply_textures(const RowState& row, const BodyState& body, const RayPacket& rays, const HitPacket& hits,
+                    std::int32_t index, double ray_width_rad, SurfacePacket& surface, SurfaceLook& look) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     const SurfaceTextures* const textures = body.built->textures.get();
     UvPacket uv;
@@ -57,7 +57,9 @@ void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacke
         Doubles width_m;
         for (int i = 0; i < packet_size; ++i)
             width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad : 0.0;
-        textures->apply(*body.shape, rays, hits, index, width_m, 1, surface, factor, varied);
+        SampleTimes time;
+        Instants(row).times({}, time);
+        textures->apply(*body.shape, rays, hits, index, width_m, 1, time, surface, factor, varied);
     }
     Doubles albedo;
     for (double& value : albedo.v)
@@ -206,7 +208,7 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
                 const HitPacket& in_frame = hits_in_frame(rays, hits, scratch);
                 body.shape->surface(rays, in_frame, b, surface);
                 of_body = b;
-                apply_textures(body, rays, in_frame, b, ray_width_rad, surface, look);
+                apply_textures(row, body, rays, in_frame, b, ray_width_rad, surface, look);
             }
             pixel.set(Aov::body, b + 1);
             set_geometry(body, surface, i, direction.z[i], pixel);

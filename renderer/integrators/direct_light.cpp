@@ -69,17 +69,18 @@ void DirectLight::add_emission(const BodyState& body, std::int32_t index, const 
     }
 }
 
-void DirectLight::add_reflected(const PathVertex& vertex, const PathPacket& paths, std::size_t source,
-                                std::size_t band, const Doubles& light, double scale, Channels& out) const {
+void DirectLight::add_reflected(const PathVertex& vertex, const Channels& colour, const PathPacket& paths,
+                                std::size_t source, std::size_t band, const Doubles& light, double scale,
+                                Channels& out) const {
     const ColourProducts& products = *lighting_.products;
     if (products.empty()) {
-        add_light(paths.throughput.v[band], vertex.colour.v[band], light, scale, out.v[band]);
+        add_light(paths.throughput.v[band], colour.v[band], light, scale, out.v[band]);
         return;
     }
     Doubles weighted;
     for (int i = 0; i < packet_size; ++i)
         weighted[i] = light[i] != 0 ? light[i] * products.factor(vertex.chain[i], source, band) : 0;
-    add_light(paths.throughput.v[band], vertex.colour.v[band], weighted, scale, out.v[band]);
+    add_light(paths.throughput.v[band], colour.v[band], weighted, scale, out.v[band]);
 }
 
 void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doubles& v,
@@ -90,8 +91,9 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
     instants_.sample_sun(vertex.body, paths.instant, vertex.surface.position, sun_, u, v, light.direction,
                          solid_angle);
     // Evaluate the BRDF.
-    Doubles r;
-    evaluate_brdf(row_, vertex, light.direction, r);
+    Scattered scattered;
+    evaluate_brdf(row_, vertex, lighting_.sun_w_m2.size(), light.direction, scattered);
+    Doubles& r = scattered.r;
     // Trace shadow rays.
     for (int i = 0; i < packet_size; ++i) {
         light.active.on[i] = vertex.here.on[i] != 0 && r[i] > 0 ? -1 : 0;
@@ -106,7 +108,8 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
         for (int i = 0; i < packet_size; ++i)
             r[i] *= (*mis_weight)[i];
     for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-        add_reflected(vertex, paths, ColourProducts::sun, c, r, sun_radiance_ * lighting_.sun_w_m2[c], out);
+        add_reflected(vertex, *scattered.colour, paths, ColourProducts::sun, c, r,
+                      sun_radiance_ * lighting_.sun_w_m2[c], out);
 }
 
 void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, Channels& out) {
@@ -136,8 +139,9 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
             light.t_max[i] = distance;
             falloff[i] = distance > 0 ? beam_share(lamp, -dot(axis, d)) / (distance * distance) : 0;
         }
-        Doubles r;
-        evaluate_brdf(row_, vertex, light.direction, r);
+        Scattered scattered;
+        evaluate_brdf(row_, vertex, lighting_.sun_w_m2.size(), light.direction, scattered);
+        Doubles& r = scattered.r;
         for (int i = 0; i < packet_size; ++i)
             light.active.on[i] = vertex.here.on[i] != 0 && r[i] * falloff[i] > 0 ? -1 : 0;
         if (!light.active.any()) continue;
@@ -145,8 +149,8 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
         for (int i = 0; i < packet_size; ++i)
             r[i] = light.active.on[i] != 0 ? r[i] * falloff[i] : 0;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c)
-            add_reflected(vertex, paths, lighting_.products->source_of_lamp(k), c, r, lamp.intensity_w_sr[c],
-                          out);
+            add_reflected(vertex, *scattered.colour, paths, lighting_.products->source_of_lamp(k), c, r,
+                          lamp.intensity_w_sr[c], out);
     }
 }
 
@@ -175,8 +179,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
             const double at_m2 = u[i] * lighting_.area_m2 - before_m2;
             if (vertex.here.on[i] == 0 || at_m2 < 0 || (at_m2 >= area_m2 && !last)) continue;
             source[i] = area_light.body;
-            Vec3 point;
-            Vec3 normal;
+            Vec3 point, normal;
             lamp.shape->sample_area(std::min(at_m2 / area_m2, 0x1.fffffffffffffp-1), v[i], point, normal);
             if (!here) {
                 const BodyState& from = instants_.body(area_light.body, paths.instant, i);
@@ -207,8 +210,9 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
         before_m2 += area_m2;
     }
     // Evaluate the BRDF.
-    Doubles r;
-    evaluate_brdf(row_, vertex, light.direction, r);
+    Scattered scattered;
+    evaluate_brdf(row_, vertex, lighting_.sun_w_m2.size(), light.direction, scattered);
+    const Doubles& r = scattered.r;
     // Trace shadow rays.
     for (int i = 0; i < packet_size; ++i)
         light.active.on[i] =
@@ -226,7 +230,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
         }
         const auto& emission = row_.bodies[static_cast<std::size_t>(source[i])].built->emission;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-            out.v[c][i] += paths.throughput.v[c][i] * value * vertex.colour.v[c][i] * emission[c] *
+            out.v[c][i] += paths.throughput.v[c][i] * value * scattered.colour->v[c][i] * emission[c] *
                            product(vertex.chain[i], source[i], c);
     }
 }

@@ -39,9 +39,10 @@ public:
 private:
     /// Factor of ColourProducts for the light of a body, which the Sun may be.
     [[nodiscard]] double product(ColourProducts::Chain chain, std::int32_t body, std::size_t band) const;
-    /// Adds light of a source that the vertex reflects: throughput * colour * `light` * `scale`.
-    void add_reflected(const PathVertex& vertex, const PathPacket& paths, std::size_t source,
-                       std::size_t band, const Doubles& light, double scale, Channels& out) const;
+    /// Adds light of a source that the vertex reflects: throughput * `colour` * `light` * `scale`.
+    void add_reflected(const PathVertex& vertex, const Channels& colour, const PathPacket& paths,
+                       std::size_t source, std::size_t band, const Doubles& light, double scale,
+                       Channels& out) const;
     /// Switches off blocked shadow rays. Towards the Sun only the known occluders of a body are tested,
     /// else (`all_bodies`) all.
     void occlude(const PathVertex& vertex, bool all_bodies, const PathPacket& paths, RayPacket& light);

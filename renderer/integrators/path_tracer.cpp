@@ -128,7 +128,9 @@ void PathTracer::add_emission(std::int32_t index, const Lanes& here, const Surfa
     Doubles width_m;
     ray_widths(here, hits, paths, width_m);
     Channels factor;
-    textures->emission(*body.shape, hits, index, width_m, channels(), surface, factor);
+    SampleTimes time;
+    instants_.times(paths.instant, time);
+    textures->emission(*body.shape, view, hits, index, width_m, channels(), time, surface, factor);
     direct_light_.add_emission(body, index, here, surface, view, hits, paths, &factor, emitted);
 }
 
@@ -155,7 +157,9 @@ bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
     Doubles width_m;
     ray_widths(here, hits, paths, width_m);
     Channels textured;
-    built.textures->apply(*body.shape, view, hits, index, width_m, channels, surface, textured, varied);
+    SampleTimes time;
+    instants_.times(paths.instant, time);
+    built.textures->apply(*body.shape, view, hits, index, width_m, channels, time, surface, textured, varied);
     for (std::size_t c = 0; c < channels; ++c) {
         const double value = built.colour.empty() ? 1.0 : built.colour[c];
         for (int i = 0; i < packet_size; ++i)
@@ -224,8 +228,9 @@ void PathTracer::sample_planetshine(const PathVertex& vertex, const PathPacket& 
 
 void PathTracer::aim_at_planetshine(const PathVertex& vertex, const PathPacket& paths, const Lanes& active,
                                     const Vec3s& light, const Doubles& inverse_pdf, PathPacket& probe) const {
-    Doubles r;
-    evaluate_brdf(row_, vertex, light, r);
+    Scattered scattered;
+    evaluate_brdf(row_, vertex, channels(), light, scattered);
+    const Doubles& r = scattered.r;
     probe.instant = paths.instant;
     if (terrain_) probe.level_u = paths.level_u;
     instants_.to_inertial(vertex.body, probe.instant, vertex.surface.shadow_origin, probe.origin);
@@ -241,7 +246,7 @@ void PathTracer::aim_at_planetshine(const PathVertex& vertex, const PathPacket& 
             value = r[i] * inverse_pdf[i] * pdf / (pdf + sample_bsdf_pdf(row_, vertex, i, light.lane(i)));
         }
         for (std::size_t c = 0; c < channels(); ++c)
-            probe.throughput.v[c][i] = paths.throughput.v[c][i] * vertex.colour.v[c][i] * value;
+            probe.throughput.v[c][i] = paths.throughput.v[c][i] * scattered.colour->v[c][i] * value;
         probe.travelled_m[i] = paths.path_m(i);
         probe.chain[i] = vertex.chain[i];
     }

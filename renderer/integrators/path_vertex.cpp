@@ -127,17 +127,40 @@ void sample_by_lane(const RowState& row, const PathVertex& vertex, const Elevati
 
 } // namespace
 
-void evaluate_brdf(const RowState& row, const PathVertex& vertex, const Vec3s& light, Doubles& r) {
-    for (double& value : r.v)
+void evaluate_brdf(const RowState& row, const PathVertex& vertex, std::size_t channels, const Vec3s& light,
+                   Scattered& out) {
+    out.colour = &vertex.colour;
+    for (double& value : out.r.v)
         value = 0;
     for (int k = 0; k < vertex.count; ++k) {
         const Material& material = *row.bodies[static_cast<std::size_t>(vertex.bodies[k])].material;
         if (material.mirror_reflectance() >= 0) continue;
+        const ParameterPacket* const varied = vertex.varies[k] ? &vertex.varied[k] : nullptr;
+        const Doubles* const unresolved = vertex.rougher[k] ? &vertex.unresolved : nullptr;
         Doubles own;
-        ground_reflectance(material, vertex.surface, vertex.view.direction, light,
-                           vertex.varies[k] ? &vertex.varied[k] : nullptr,
-                           vertex.rougher[k] ? &vertex.unresolved : nullptr, own);
-        copy_lanes(vertex.on[k], own, r);
+        if (!material.spectral() || channels == 1) {
+            ground_reflectance(material, vertex.surface, vertex.view.direction, light, varied, unresolved,
+                               own);
+            copy_lanes(vertex.on[k], own, out.r);
+            continue;
+        }
+        Channels bands;
+        ground_reflectances(material, vertex.surface, vertex.view.direction, light, varied, unresolved,
+                            channels, bands);
+        if (out.colour != &out.own) {
+            for (std::size_t c = 0; c < channels; ++c)
+                out.own.v[c] = vertex.colour.v[c];
+            out.colour = &out.own;
+        }
+        for (int i = 0; i < packet_size; ++i) {
+            if (vertex.on[k].on[i] == 0) continue;
+            double most = 0;
+            for (std::size_t c = 0; c < channels; ++c)
+                most = std::max(most, bands.v[c][i]);
+            out.r[i] = most;
+            for (std::size_t c = 0; c < channels; ++c)
+                out.own.v[c][i] *= most > 0 ? bands.v[c][i] / most : 0.0;
+        }
     }
 }
 
@@ -178,8 +201,9 @@ void sample_bsdf(const Instants& instants, const PathVertex& vertex, const Doubl
     // Shading normals can send light into the surface: absorb it.
     absorb_below(vertex.surface.facet_normal, in, scale);
     // Evaluate the BRDF.
-    Doubles r;
-    evaluate_brdf(row, vertex, in, r);
+    Scattered scattered;
+    evaluate_brdf(row, vertex, channels, in, scattered);
+    const Doubles& r = scattered.r;
     // Set the next rays.
     Vec3s origin;
     Vec3s direction;
@@ -197,7 +221,7 @@ void sample_bsdf(const Instants& instants, const PathVertex& vertex, const Doubl
     // Update the throughput.
     for (std::size_t c = 0; c < channels; ++c)
         for (int i = 0; i < packet_size; ++i)
-            next.throughput.v[c][i] *= vertex.here.on[i] != 0 ? scale[i] * vertex.colour.v[c][i] : 1;
+            next.throughput.v[c][i] *= vertex.here.on[i] != 0 ? scale[i] * scattered.colour->v[c][i] : 1;
 }
 
 } // namespace obscura::renderer

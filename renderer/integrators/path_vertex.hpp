@@ -36,9 +36,16 @@ struct PathVertex {
     }
 };
 
-/// BRDF of each lane's material towards the viewer for light from `light` (unit, the vertex's frame), 1/sr; 0
-/// on mirrors.
-void evaluate_brdf(const RowState& row, const PathVertex& vertex, const Vec3s& light, Doubles& r);
+/// BRDF at the lanes of a vertex: `r` times `colour` in each band.
+struct Scattered {
+    Doubles r;              ///< 1/sr; 0 only where it is in all bands
+    const Channels* colour; ///< PathVertex::colour, or `own`
+    Channels own;           ///< with materials whose reflectances differ between bands
+};
+/// BRDF of each lane's material towards the viewer for light from `light` (unit, the vertex's frame); 0 on
+/// mirrors. `out.colour` lives as long as vertex and `out`.
+void evaluate_brdf(const RowState& row, const PathVertex& vertex, std::size_t channels, const Vec3s& light,
+                   Scattered& out);
 
 /// pdf of sample_bsdf() for the direction `light` (unit, the vertex's frame) of one lane, 1/sr; not of
 /// mirrors.

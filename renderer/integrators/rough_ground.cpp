@@ -101,6 +101,32 @@ void shade(const Level& level, const Doubles& sum, const Doubles& area, Doubles&
     }
 }
 
+/// Mean over facets of what `evaluate(angles, bands)` gives in each of `count` bands.
+template<typename Evaluate>
+void mean_over_facets(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light,
+                      const Doubles& unresolved, ScatterPacket& angles, std::size_t count,
+                      const Evaluate& evaluate, Doubles* own, Doubles* sum, Doubles* r) {
+    Level level;
+    set_level(surface, angles, light, unresolved, level);
+    Doubles area{};
+    constexpr double root3 = 1.7320508075688772;
+    constexpr double nodes[3] = {-root3, 0, root3}, weights[3] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
+    for (std::size_t c = 0; c < count; ++c)
+        sum[c] = {};
+    for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l) {
+            Doubles seen;
+            set_facet(surface, level, view, light, nodes[k], nodes[l], angles, seen);
+            evaluate(angles);
+            for (std::size_t c = 0; c < count; ++c) {
+                Doubles again = area;
+                add_facet(seen, own[c], weights[k] * weights[l], sum[c], c + 1 < count ? again : area);
+            }
+        }
+    for (std::size_t c = 0; c < count; ++c)
+        shade(level, sum[c], area, r[c]);
+}
+
 } // namespace
 
 void ground_reflectance(const Material& material, const SurfacePacket& surface, const Vec3s& view,
@@ -110,19 +136,23 @@ void ground_reflectance(const Material& material, const SurfacePacket& surface, 
     scatter_angles(surface, view, light, angles);
     angles.varied = varied;
     if (unresolved == nullptr) return material.reflectance(angles, r);
-    Level level;
-    set_level(surface, angles, light, *unresolved, level);
-    Doubles sum{}, area{};
-    constexpr double root3 = 1.7320508075688772;
-    constexpr double nodes[3] = {-root3, 0, root3}, weights[3] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
-    for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l) {
-            Doubles seen, own;
-            set_facet(surface, level, view, light, nodes[k], nodes[l], angles, seen);
-            material.reflectance(angles, own);
-            add_facet(seen, own, weights[k] * weights[l], sum, area);
-        }
-    shade(level, sum, area, r);
+    Doubles own, sum;
+    mean_over_facets(
+        surface, view, light, *unresolved, angles, 1,
+        [&](const ScatterPacket& s) { material.reflectance(s, own); }, &own, &sum, &r);
+}
+
+void ground_reflectances(const Material& material, const SurfacePacket& surface, const Vec3s& view,
+                         const Vec3s& light, const ParameterPacket* varied, const Doubles* unresolved,
+                         std::size_t bands, Channels& r) {
+    ScatterPacket angles;
+    scatter_angles(surface, view, light, angles);
+    angles.varied = varied;
+    if (unresolved == nullptr) return material.reflectances(angles, r);
+    Channels own, sum;
+    mean_over_facets(
+        surface, view, light, *unresolved, angles, bands,
+        [&](const ScatterPacket& s) { material.reflectances(s, own); }, own.v, sum.v, r.v);
 }
 
 } // namespace obscura::renderer

@@ -21,5 +21,9 @@ namespace obscura::renderer {
 void ground_reflectance(const Material& material, const SurfacePacket& surface, const Vec3s& view,
                         const Vec3s& light, const ParameterPacket* varied, const Doubles* unresolved,
                         Doubles& r);
+/// The same in each of `bands` of a spectral() material.
+void ground_reflectances(const Material& material, const SurfacePacket& surface, const Vec3s& view,
+                         const Vec3s& light, const ParameterPacket* varied, const Doubles* unresolved,
+                         std::size_t bands, Channels& r);
 
 } // namespace obscura::renderer

@@ -125,7 +125,10 @@ void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& 
         Doubles width_m;
         for (int i = 0; i < packet_size; ++i)
             width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad_ : 0.0;
-        body.built->textures->apply(*body.shape, view, hits, index, width_m, 1, surface, factor, varied);
+        SampleTimes time;
+        instants_.times(rays.instant, time);
+        body.built->textures->apply(*body.shape, view, hits, index, width_m, 1, time, surface, factor,
+                                    varied);
     }
     // Sample the Sun's disc.
     RayPacket shadow;
@@ -196,7 +199,9 @@ void Tracer::reflect_kept(std::int32_t index, const CameraRays& rays, const RayP
     const SurfaceTextures* const textures = body.built->textures.get();
     if (textures != nullptr) {
         SurfacePacket turned = surface; // the means stay
-        textures->apply(*body.shape, view, hits, index, width_m, 1, turned, factor, varied);
+        SampleTimes time;
+        instants_.times(rays.instant, time);
+        textures->apply(*body.shape, view, hits, index, width_m, 1, time, turned, factor, varied);
     }
     Doubles r, unresolved;
     const bool rougher = body.shape->unresolved_slopes(hits, index, unresolved);

@@ -12,9 +12,13 @@ namespace obscura::renderer {
 /// Largest number of parameters of one law that may vary over the surface.
 constexpr std::size_t max_parameters = 9;
 
+/// Largest number of rows of a law: of a law of a user's own, what it reads at the point that is hit follows
+/// its parameters.
+constexpr std::size_t max_rows = 48;
+
 /// Textured parameters of a law, lane by lane, in the order in which the law declares them.
 struct ParameterPacket {
-    Doubles value[max_parameters];
+    Doubles value[max_rows];
 };
 
 /// A parameter that is the same in all lanes, for a law's inner loop.
@@ -39,6 +43,11 @@ public:
     /// Bidirectional reflectance r = f cos_in (Hapke's r; radiance per collimated irradiance normal to the
     /// beam), per steradian. 0 where cos_in <= 0.
     virtual void reflectance(const ScatterPacket& s, Doubles& r) const = 0;
+    /// Whether the reflectance differs between spectral bands other than by factors: then reflectance() is
+    /// that of the first one.
+    [[nodiscard]] virtual bool spectral() const { return false; }
+    /// Reflectance in each band of a spectral() law.
+    virtual void reflectances(const ScatterPacket& /*s*/, Channels& /*r*/) const {}
 
     /// Samples a direction of incidence (unit, local frame: z along the normal) for the viewer's direction
     /// `out` by pdf(); a direction below the surface carries no light. u, v in [0,1). Default:

@@ -67,7 +67,8 @@ void BuiltScene::set_lighting() {
     lighting_few_bounces.max_bounces = std::min(lighting.max_bounces, 1U);
     plain = settings.max_bounces == 0 && scene.lamps.empty() && !(psf && psf->chromatic()) &&
             std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
-                return b.colour.empty() && b.emission.empty() && (!b.textures || b.textures->grey());
+                return b.colour.empty() && b.emission.empty() && (!b.textures || b.textures->grey()) &&
+                       (!b.material || !b.material->spectral());
             });
     set_grid_psf();
     if (psf && psf->wings_px() > 0) wing_kernels = std::make_unique<WingKernels>(*psf, channels());

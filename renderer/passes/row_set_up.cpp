@@ -77,7 +77,8 @@ void begin_rows(const BuiltScene& built, std::uint64_t request, const Exposure& 
     if (states.request == request && states.time == when.row && states.instants == when.instants) return;
     const std::uint32_t min_samples = min_samples_of(built, when);
     for (std::uint32_t i = 0; i < when.instants; ++i)
-        begin_row(built, when.time_s(i), s, states, i, min_samples);
+        begin_row(built, when.time_s(i), s, states, i, min_samples).duration_s =
+            static_cast<double>(when.row.exposure_ns()) * 1e-9 / when.instants;
     join_instants({states.rows.data(), when.instants}, states.swept);
     states.request = request;
     states.time = when.row;

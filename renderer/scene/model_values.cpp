@@ -42,19 +42,27 @@ config::ShippedFolder shipped_models(std::string_view kind) {
 
 ModelValues defaults_of(std::shared_ptr<const LoadedModel> loaded) {
     ModelValues p;
-    p.values = models::default_parameters(*loaded->model).values;
+    models::ModelParameters defaults = models::default_parameters(*loaded->model);
+    p.values = std::move(defaults.values);
+    p.channels = std::move(defaults.channels);
     p.loaded = std::move(loaded);
     return p;
 }
 
-config::Key parameter_key(ModelValues& p, std::size_t index) {
+config::Key parameter_key(ModelValues& p, std::size_t index, const config::Value* table) {
     const models::Parameter& parameter = p.loaded->model->parameters()[index];
     double* const first = p.values[index].data();
     const int count = models::components(parameter.type);
     const bool one = count <= 1 || parameter.type == models::Type::vec4;
     const double si = parameter.si();
+    const config::Member* const given = table != nullptr ? table->find(p.loaded->keys[index]) : nullptr;
+    const bool list = parameter.type == models::Type::vec4 && given != nullptr &&
+                      given->value.kind == config::Value::Kind::array;
+    // One number stands for all channels.
+    if (given != nullptr && !list) p.channels[index].clear();
     const config::Target target =
-        !one      ? config::Target(config::Numbers{first, static_cast<std::size_t>(count)})
+        list      ? config::Target(&p.channels[index])
+        : !one    ? config::Target(config::Numbers{first, static_cast<std::size_t>(count)})
         : si != 1 ? config::Target(config::Scaled{first, si})
                   : config::Target(first);
     return config::key(p.loaded->keys[index], target)
@@ -63,11 +71,22 @@ config::Key parameter_key(ModelValues& p, std::size_t index) {
         .help(p.loaded->helps[index]);
 }
 
-config::Keys parameter_keys(ModelValues& p) {
+config::Keys parameter_keys(ModelValues& p, const config::Value* table) {
     config::Keys keys;
     for (std::size_t i = 0; i < p.values.size(); ++i)
-        if (!p.loaded->model->parameters()[i].global) keys.push_back(parameter_key(p, i));
+        if (!p.loaded->model->parameters()[i].global) keys.push_back(parameter_key(p, i, table));
     return keys;
+}
+
+std::string explain_channels(const ModelValues& p, std::size_t bands) {
+    for (std::size_t i = 0; i < p.channels.size(); ++i) {
+        const std::size_t count = p.channels[i].size();
+        if (p.loaded->model->parameters()[i].type == models::Type::vec4 && count > 1 && count != 4 &&
+            count != bands)
+            return fmt::format("{}: {} numbers: allowed are 1, 4 or one for each of the {} bands",
+                               p.loaded->keys[i], count, bands);
+    }
+    return "";
 }
 
 config::Key shininess_key(ModelValues& p) {
@@ -77,6 +96,7 @@ config::Key shininess_key(ModelValues& p) {
 models::ModelParameters program_parameters(const ModelValues& p) {
     models::ModelParameters parameters;
     parameters.values = p.values;
+    parameters.channels = p.channels;
     for (std::size_t i = 0; i < parameters.values.size(); ++i)
         if (p.loaded->model->parameters()[i].type == models::Type::vec4)
             parameters.values[i].fill(p.values[i][0]);

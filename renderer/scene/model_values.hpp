@@ -33,15 +33,22 @@ struct ModelValues {
     std::shared_ptr<const LoadedModel> loaded; ///< null: none
     /// Four for each of Model::parameters(), angles in radians; textures are 1.
     std::vector<std::array<double, 4>> values;
+    /// Values of a vec4 whose channels differ, 4 or one for each band, for each of Model::parameters();
+    /// empty: the first of `values` is that of all channels.
+    std::vector<std::vector<double>> channels{};
     double shininess = 1; ///< argument of brdf(), for materials
 };
 /// With the defaults of `loaded`.
 [[nodiscard]] ModelValues defaults_of(std::shared_ptr<const LoadedModel> loaded);
 
 /// Key of the parameter with that index, bound to `p`: name, unit, range and help as the text declares them.
-[[nodiscard]] config::Key parameter_key(ModelValues& p, std::size_t index);
+/// `table`: what is to be read, where a vec4 has one number or several; null: one.
+[[nodiscard]] config::Key parameter_key(ModelValues& p, std::size_t index,
+                                        const config::Value* table = nullptr);
 /// Keys of all parameters but globals, for kinds that have no textures.
-[[nodiscard]] config::Keys parameter_keys(ModelValues& p);
+[[nodiscard]] config::Keys parameter_keys(ModelValues& p, const config::Value* table = nullptr);
+/// Why the channels of a vec4 do not suit a scene of so many bands; empty: they do.
+[[nodiscard]] std::string explain_channels(const ModelValues& p, std::size_t bands);
 
 /// Key of the shininess, for materials.
 [[nodiscard]] config::Key shininess_key(ModelValues& p);

@@ -4,6 +4,8 @@
 #include "renderer/materials/model_material.hpp"
 #include "renderer/scene_files/parameter_texture.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -38,13 +40,17 @@ struct TextureKeys {
 
     TextureKeys(const ParameterList& parameters, const models::Model& model)
         : textures(textures_of(parameters)) {
-        for (ParameterTexture& t : textures)
-            if (is_texture(model, t.parameter)) {
-                // The file stands where other parameters have their constant.
-                t.constant_key.clear();
-                t.file_key = t.parameter;
-                t.range_key = t.parameter + "_range";
-            }
+        for (const models::Parameter& p : model.parameters()) {
+            if (p.type != models::Type::texture) continue;
+            // The file stands where other parameters have their constant.
+            ParameterTexture t;
+            t.parameter = t.file_key = p.name;
+            t.range_key = t.parameter + "_range";
+            t.file_help = p.help.empty() ? "Image of the texture" : std::string(p.help);
+            t.range_help = fmt::format(
+                "Values for a texel of 0 and a texel of 1 (integers: full scale) of {}", t.file_key);
+            textures.push_back(std::move(t));
+        }
         keys = texture_keys(textures);
     }
     static bool is_texture(const models::Model& model, std::string_view name) {
@@ -65,7 +71,7 @@ std::optional<ModelValues> read_model(const config::ReadTable& table, std::strin
     (void)table.mistakes().collect([&] {
         std::string file = model_file(member->value, where, kind);
         ModelValues p = defaults_of(load_model(file, kind));
-        config::Keys keys = parameter_keys(p);
+        config::Keys keys = parameter_keys(p, &member->value);
         keys.push_back(model_key(file));
         (void)config::read_keys(member->value, where, keys, table.mistakes());
         read = std::move(p);
@@ -84,11 +90,11 @@ void read_material_model(const config::ReadTable& table, Body& body) {
         std::string file = model_file(member->value, where, "material");
         renderer::ModelMaterialParameters p = renderer::load_material_model(file);
         const models::Model& model = *p.loaded->model;
-        const ParameterList parameters = declare(p);
+        const ParameterList parameters = declare(p, &member->value);
         TextureKeys images(parameters, model);
         config::Keys keys{model_key(file)};
         for (const Parameter& parameter : parameters)
-            if (!TextureKeys::is_texture(model, parameter.key.name)) keys.push_back(parameter.key);
+            keys.push_back(parameter.key);
         keys.insert(keys.end(), images.keys.begin(), images.keys.end());
         const config::Given given = config::read_keys(member->value, where, keys, table.mistakes());
         const config::ReadTable read(&member->value, member->at, where, given, table.mistakes());

@@ -10,58 +10,6 @@
 #include <numbers>
 
 namespace obscura::renderer {
-namespace {
-
-/// The footprint of a ray on the surface: the edges of a parallelogram, m.
-void footprint(Vec3 direction, Vec3 normal, double width_m, Vec3& longer, Vec3& shorter) {
-    const double cosine = std::max(std::abs(dot(direction, normal)), 0.01);
-    const Vec3 side = cross(direction, normal);
-    Vec3 across;
-    Vec3 along;
-    if (length_squared(side) > 1e-12) {
-        across = normalized(side);
-        along = cross(normal, across);
-    } else {
-        orthonormal_basis(normal, across, along);
-    }
-    longer = along * (width_m / cosine);
-    shorter = across * width_m;
-}
-
-/// The same in texture coordinates.
-TextureAxis texture_axis(Vec3 step_m, Vec3 grad_u, Vec3 grad_v) {
-    return {dot(grad_u, step_m), dot(grad_v, step_m)};
-}
-
-/// Look-up at one lane, over a footprint.
-struct TextureLookup {
-    const UvPacket& at;
-    int lane;
-    Vec3 position, longer_m, shorter_m;
-
-    /// False: outside the texture's map.
-    bool sample(const PlacedTexture& texture, double* planes) const {
-        if (const TexturePlace* const place = texture.place.get()) {
-            double u = 0, v = 0;
-            if (!place->coordinates(position, u, v)) return false;
-            texture.texture->sample(u, v, place->axis(position, longer_m), place->axis(position, shorter_m),
-                                    planes);
-            return true;
-        }
-        const Vec3 grad_u = at.grad_u.lane(lane), grad_v = at.grad_v.lane(lane);
-        texture.texture->sample(at.u[lane], at.v[lane], texture_axis(longer_m, grad_u, grad_v),
-                                texture_axis(shorter_m, grad_u, grad_v), planes);
-        return true;
-    }
-    void gradients(const PlacedTexture& texture, Vec3& grad_u, Vec3& grad_v) const {
-        if (texture.place) return texture.place->gradients(position, grad_u, grad_v);
-        grad_u = at.grad_u.lane(lane);
-        grad_v = at.grad_v.lane(lane);
-    }
-};
-
-} // namespace
-
 PlacedTexture TextureCache::get(const std::filesystem::path& file, TextureCoding coding,
                                 TextureMapping mapping) {
     PlacedTexture& placed = textures_[{file, coding, mapping}];
@@ -144,6 +92,10 @@ void SurfaceTextures::for_each_paged(const Use& use) const {
     for (const Map& map : maps_)
         each(map.texture.texture);
     each(emission_.texture);
+    for (const auto& model : {model_, model_emission_})
+        if (model)
+            for (const ModelImage& image : model->images())
+                each(image.texture.texture);
     if (nested_)
         for (const auto& texture : nested_->textures())
             each(texture);
@@ -167,9 +119,27 @@ void SurfaceTextures::texture_coordinates(const Shape& shape, const HitPacket& h
 
 void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const HitPacket& hits,
                             std::int32_t body, const Doubles& width_m, std::size_t channels,
-                            SurfacePacket& surface, Channels& factor, ParameterPacket& varied) const {
+                            const SampleTimes& time, SurfacePacket& surface, Channels& factor,
+                            ParameterPacket& varied) const {
     bool has_uv = false;
     UvPacket at;
+    if (model_) {
+        Lanes here{};
+        Vec3s longer_m{}, shorter_m{};
+        texture_coordinates(shape, hits, body, surface, at);
+        has_uv = true;
+        for (int i = 0; i < packet_size; ++i) {
+            if (hits.body[i] != body) continue;
+            here.on[i] = -1;
+            Vec3 longer, shorter;
+            footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], longer, shorter);
+            longer_m.set(i, longer);
+            shorter_m.set(i, shorter);
+        }
+        for (std::size_t k = 0; k < constants_.size(); ++k)
+            std::fill_n(varied.value[k].v, packet_size, constants_[k]);
+        model_->fill(here, at, surface, longer_m, shorter_m, time, varied);
+    }
     for (std::size_t k = 0; varies() && k < constants_.size(); ++k)
         for (int i = 0; i < packet_size; ++i)
             varied.value[k][i] = constants_[k];
@@ -223,15 +193,56 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
     }
 }
 
-void SurfaceTextures::emission(const Shape& shape, const HitPacket& hits, std::int32_t body,
-                               const Doubles& width_m, std::size_t channels, const SurfacePacket& surface,
+void SurfaceTextures::run_emission(const Lanes& here, const RayPacket& view, const UvPacket& at,
+                                   const Doubles& width_m, std::size_t channels, const SampleTimes& time,
+                                   const SurfacePacket& surface, Channels& factor) const {
+    const models::MaterialProgram& law = model_emission_->law();
+    ParameterPacket rows;
+    Vec3s longer_m{}, shorter_m{};
+    Doubles cos_out;
+    for (int i = 0; i < packet_size; ++i) {
+        const double cosine = -dot(surface.normal.lane(i), view.direction.lane(i));
+        cos_out[i] = cosine > 1e-9 ? cosine : 1e-9;
+        if (here.on[i] == 0) continue;
+        // As seen along the normal: see emission().
+        Vec3 longer, shorter;
+        footprint(-surface.facet_normal.lane(i), surface.facet_normal.lane(i), width_m[i], longer, shorter);
+        longer_m.set(i, longer);
+        shorter_m.set(i, shorter);
+    }
+    for (std::size_t k = law.first_emission_row(); k < law.first_read_row(); ++k) {
+        const std::size_t c = k - law.first_emission_row();
+        for (int i = 0; i < packet_size; ++i)
+            rows.value[k][i] = own_emission_.empty() ? 0 : own_emission_[c] * factor.v[c][i];
+    }
+    model_emission_->fill(here, at, surface, longer_m, shorter_m, time, rows);
+    std::array<const double*, max_rows> starts{};
+    for (std::size_t k = 0; k < law.rows(); ++k)
+        starts[k] = rows.value[k].v;
+    std::array<double*, max_channels> out{};
+    for (std::size_t c = 0; c < law.outputs(); ++c)
+        out[c] = factor.v[c].v;
+    law.evaluate(cos_out.v, cos_out.v, cos_out.v, starts.data(), out.data(), packet_size);
+    for (std::size_t c = 0; c < channels; ++c) {
+        if (c >= law.outputs()) factor.v[c] = factor.v[0];
+        for (int i = 0; i < packet_size; ++i)
+            factor.v[c][i] = factor.v[c][i] > 0 && factor.v[c][i] < 1e15 ? factor.v[c][i] : 0.0;
+    }
+}
+
+void SurfaceTextures::emission(const Shape& shape, const RayPacket& view, const HitPacket& hits,
+                               std::int32_t body, const Doubles& width_m, std::size_t channels,
+                               const SampleTimes& time, const SurfacePacket& surface,
                                Channels& factor) const {
     UvPacket at;
     texture_coordinates(shape, hits, body, surface, at);
+    Lanes here{};
     for (int i = 0; i < packet_size; ++i) {
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = 1;
         if (hits.body[i] != body) continue;
+        here.on[i] = -1;
+        if (!emission_) continue;
         // As seen along the normal. Stretched by the slant, as for reflectances, footprints near a limb would
         // reach across the body, and those of its whole rim would gather the light of a few bright spots.
         Vec3 a, b;
@@ -242,6 +253,7 @@ void SurfaceTextures::emission(const Shape& shape, const HitPacket& hits, std::i
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = band_value(emission_weights_, c, planes, emission_.texture->planes());
     }
+    if (model_emission_) run_emission(here, view, at, width_m, channels, time, surface, factor);
 }
 
 void uv_by_longitude(const SurfacePacket& surface, double left_turns, UvPacket& out) {

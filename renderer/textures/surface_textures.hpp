@@ -7,7 +7,9 @@
 #include "renderer/mesh_files/triangle_mesh.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/shapes/shape.hpp"
+#include "renderer/textures/model_surface.hpp"
 #include "renderer/textures/texture.hpp"
+#include "renderer/textures/texture_lookup.hpp"
 #include "renderer/textures/texture_place.hpp"
 
 #include <algorithm>
@@ -22,19 +24,6 @@
 namespace obscura::renderer {
 
 class NestedAlbedo;
-
-/// Texture and, where the file states one, its place on the body; null: by the body's texture coordinates.
-struct PlacedTexture {
-    std::shared_ptr<const Texture> texture; ///< null: none
-    std::shared_ptr<const TexturePlace> place;
-
-    explicit operator bool() const { return texture != nullptr; }
-    /// Mean of a plane over the body, with `outside` where the map is not.
-    [[nodiscard]] double mean(std::size_t plane, double outside) const {
-        const double share = place ? place->share() : 1;
-        return share * texture->mean(plane) + (1 - share) * outside;
-    }
-};
 
 /// How the texture coordinates of a body come about.
 enum class TextureMapping : std::uint8_t {
@@ -89,11 +78,18 @@ public:
     [[nodiscard]] std::vector<std::string> notes() const;
     /// Sets the emission map.
     void set_emission(PlacedTexture texture);
+    /// Sets what a law of a user's own reads at the points that are hit.
+    void set_model(std::shared_ptr<const ModelSurface> model) { model_ = std::move(model); }
+    /// Sets the emission of such a law; the emission map, if there is one, is its argument.
+    void set_model_emission(std::shared_ptr<const ModelSurface> emission, std::vector<double> own) {
+        model_emission_ = std::move(emission);
+        own_emission_ = std::move(own);
+    }
     /// Adds a line to notes().
     void add_note(std::string line) { notes_.push_back(std::move(line)); }
 
     /// Whether parameters of the material vary over the surface.
-    [[nodiscard]] bool varies() const { return !maps_.empty(); }
+    [[nodiscard]] bool varies() const { return !maps_.empty() || model_; }
     /// Whether the factor is the same in all bands.
     [[nodiscard]] bool grey() const { return grey_; }
     /// Whether a normal map turns its normals.
@@ -101,7 +97,7 @@ public:
         return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return bool{s.normal}; });
     }
     /// Whether an emission map varies the body's own light.
-    [[nodiscard]] bool varies_emission() const { return bool{emission_}; }
+    [[nodiscard]] bool varies_emission() const { return bool{emission_} || model_emission_; }
     /// Mean factor over slots and texels, first band.
     [[nodiscard]] double mean_factor() const { return mean_factor_; }
     [[nodiscard]] std::size_t slots() const { return slots_.size(); }
@@ -116,17 +112,22 @@ public:
     /// rays `width_m` wide there, and applies the normal map to the normals of `surface`. Other lanes get 1.
     /// Fills all 16 lanes of `varied` if varies().
     void apply(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
-               const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor,
-               ParameterPacket& varied) const;
+               const Doubles& width_m, std::size_t channels, const SampleTimes& time, SurfacePacket& surface,
+               Channels& factor, ParameterPacket& varied) const;
     /// Sets `factor[0, channels)`, by which the body's own radiance is multiplied, at the hits of `body`, as
     /// apply() does for the reflectance; other lanes get 1. Only if varies_emission().
-    void emission(const Shape& shape, const HitPacket& hits, std::int32_t body, const Doubles& width_m,
-                  std::size_t channels, const SurfacePacket& surface, Channels& factor) const;
+    void emission(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
+                  const Doubles& width_m, std::size_t channels, const SampleTimes& time,
+                  const SurfacePacket& surface, Channels& factor) const;
     /// The texture coordinates alone.
     void texture_coordinates(const Shape& shape, const HitPacket& hits, std::int32_t body,
                              const SurfacePacket& surface, UvPacket& out) const;
 
 private:
+    /// Replaces `factor`, that of the emission map, by the radiance of emission().
+    void run_emission(const Lanes& here, const RayPacket& view, const UvPacket& at, const Doubles& width_m,
+                      std::size_t channels, const SampleTimes& time, const SurfacePacket& surface,
+                      Channels& factor) const;
     /// Calls `use(paged)` for the textures that are larger than memory.
     template<typename Use>
     void for_each_paged(const Use& use) const;
@@ -139,7 +140,9 @@ private:
     std::vector<std::vector<double>> weights_; ///< per slot: band x plane, for the albedo texture
     PlacedTexture emission_;                   ///< none: empty
     std::vector<std::string> notes_;
-    std::vector<double> emission_weights_; ///< band x plane
+    std::vector<double> emission_weights_;                       ///< band x plane
+    std::shared_ptr<const ModelSurface> model_, model_emission_; ///< null: none
+    std::vector<double> own_emission_; ///< argument of emission() by band, without the map; empty: 0
     std::vector<Map> maps_;
     std::shared_ptr<const NestedAlbedo> nested_; ///< null: none
     std::vector<double> constants_;

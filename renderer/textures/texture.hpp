@@ -45,6 +45,9 @@ public:
     [[nodiscard]] bool rgb() const { return rgb_; }
 
     [[nodiscard]] std::size_t planes() const { return planes_.size(); }
+    /// Texels of the finest level across and down.
+    [[nodiscard]] double width() const { return width_; }
+    [[nodiscard]] double height() const { return height_; }
     [[nodiscard]] double mean(std::size_t plane) const { return planes_[plane].mean; }
     [[nodiscard]] double least(std::size_t plane) const { return planes_[plane].least; }
     [[nodiscard]] double largest(std::size_t plane) const { return planes_[plane].largest; }

@@ -4,6 +4,7 @@
 #include "core/camera/pixel_pitch.hpp"
 #include "core/error.hpp"
 #include "core/io/path_state.hpp"
+#include "models/kinds/material_checks.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/materials/file_materials.hpp"
 #include "renderer/materials/model_material.hpp"
@@ -77,9 +78,46 @@ std::filesystem::path find_texture(const std::filesystem::path& mesh, const std:
     return folder / path;
 }
 
-/// An area light is uniform; textured light is found by the paths that hit it.
-bool is_area_light(const scene::Body& body) {
-    return !body.emission_w_m2_sr.empty() && body.textures.emission.empty();
+/// Light that a body emits by itself.
+struct OwnLight {
+    std::vector<double> radiance_w_m2_sr; ///< in each band, of which textures give a factor; empty: none
+    /// emission() of the body's law where it varies: the factor on `radiance_w_m2_sr`, which is 1.
+    std::shared_ptr<const models::MaterialProgram> law;
+    bool uniform = true; ///< over the body, and in all directions
+};
+
+OwnLight own_light(const scene::Body& body, const scene::Material& material, std::size_t bands) {
+    const bool mapped = !body.textures.emission.empty();
+    OwnLight light{body.emission_w_m2_sr, nullptr, !mapped};
+    const auto* const model = material.get_if<ModelMaterialParameters>();
+    if (model == nullptr) return light;
+    light.law = law_emission(*model, body.emission_w_m2_sr, mapped && !body.emission_w_m2_sr.empty());
+    if (light.law == nullptr) return light;
+    const models::EmissionReport report =
+        models::report_on_emission(*light.law, std::vector<double>(light.law->rows(), 0.5));
+    if (const std::string why = models::refusal_by(report); !why.empty())
+        throw ConfigError(fmt::format("{}: {}: {}", name_of(body), light.law->model().name(), why));
+    if (!light.law->is_constant()) {
+        light.uniform = false;
+        light.radiance_w_m2_sr.assign(bands, 1);
+        return light;
+    }
+    light.radiance_w_m2_sr = constant_emission(*light.law, bands);
+    for (const double value : light.radiance_w_m2_sr)
+        if (!(value >= 0 && value <= 1e15))
+            throw ConfigError(fmt::format("{}: {}: emission() is {}: allowed is 0 to 1e15 W m-2 sr-1",
+                                          name_of(body), light.law->model().name(), value));
+    if (std::all_of(light.radiance_w_m2_sr.begin(), light.radiance_w_m2_sr.end(),
+                    [](double value) { return value == 0; }))
+        light.radiance_w_m2_sr.clear();
+    light.uniform = true;
+    light.law = nullptr;
+    return light;
+}
+
+/// An area light is uniform; other light is found by the paths that hit it.
+bool is_area_light(const OwnLight& light) {
+    return !light.radiance_w_m2_sr.empty() && light.uniform;
 }
 
 /// Makes the surface textures of bodies; those that name the same file share one texture.
@@ -89,7 +127,7 @@ public:
 
     /// Null where nothing varies over the body. Sets the textured parameters of `material` to their means.
     std::shared_ptr<const SurfaceTextures> make(const scene::Body& body, const Shape& shape,
-                                                scene::Material& material) {
+                                                const OwnLight& light, scene::Material& material) {
         const std::string place = name_of(body);
         const auto* mesh = dynamic_cast<const MeshShape*>(&shape);
         const bool own_uv = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
@@ -101,6 +139,7 @@ public:
                                            : TextureMapping::longitude;
         const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
         const std::shared_ptr<const NestedAlbedo> nested = albedos_.make(body.shape);
+        const std::shared_ptr<const ModelSurface> model = model_surface(body, material, mapping, place);
         std::vector<SurfaceTextures::Slot> slots;
         if (body.material.get_if<FileMaterialsParameters>() != nullptr) {
             const auto* file = body.shape.get_if<MeshFileParameters>();
@@ -117,7 +156,8 @@ public:
                 slots.push_back(slot_of(file->path, m, own_uv, mapping, place));
         } else {
             if (body.textures.albedo.empty() && body.textures.normal.empty() &&
-                body.textures.parameters.empty() && body.textures.emission.empty() && !nested)
+                body.textures.parameters.empty() && body.textures.emission.empty() && !nested && !model &&
+                !light.law)
                 return nullptr;
             SurfaceTextures::Slot slot;
             if (!body.textures.albedo.empty())
@@ -128,8 +168,13 @@ public:
         auto textures = std::make_shared<SurfaceTextures>(
             std::move(slots), bands_, body.textures.by_longitude, body.textures.left_longitude_rad);
         if (nested) textures->set_nested(nested);
-        if (!body.textures.parameters.empty())
+        if (!body.textures.parameters.empty() || model)
             set_maps(body.textures.parameters, mapping, place, material, *textures);
+        if (model) textures->set_model(model);
+        if (light.law)
+            textures->set_model_emission(
+                std::make_shared<ModelSurface>(light.law, images_of(body, material, mapping)),
+                body.emission_w_m2_sr);
         if (!body.textures.emission.empty()) {
             if (body.emission_w_m2_sr.empty())
                 throw ConfigError(fmt::format(
@@ -161,6 +206,47 @@ private:
         }
     }
 
+    /// Images of the textures that a law of a user's own has as parameters. Sets those to their means.
+    std::vector<ModelImage> images_of(const scene::Body& body, scene::Material& material,
+                                      TextureMapping mapping) {
+        auto& law = material.get<ModelMaterialParameters>();
+        std::vector<ModelImage> images(law.loaded->model->parameters().size());
+        for (const scene::Textures::Parameter& map : body.textures.parameters) {
+            const std::size_t index = texture_parameter(material, map.name);
+            if (index >= images.size()) continue;
+            images[index] = {cache_.get(map.file, TextureCoding::linear, mapping), map.at_zero,
+                             map.at_one - map.at_zero};
+            law.values[index] = mean_channels(images[index]);
+        }
+        return images;
+    }
+
+    /// Index of a parameter of a model that is a texture; beyond all: there is none of that name.
+    static std::size_t texture_parameter(const scene::Material& material, std::string_view name) {
+        const auto* const law = material.get_if<ModelMaterialParameters>();
+        if (law == nullptr || law->loaded == nullptr) return std::string_view::npos;
+        const auto& all = law->loaded->model->parameters();
+        const auto found = std::find_if(all.begin(), all.end(), [&](const models::Parameter& p) {
+            return p.name == name && p.type == models::Type::texture;
+        });
+        return found == all.end() ? std::string_view::npos : static_cast<std::size_t>(found - all.begin());
+    }
+
+    /// What the law of the body reads at the points that are hit; null: nothing, or it is built in.
+    std::shared_ptr<const ModelSurface> model_surface(const scene::Body& body, scene::Material& material,
+                                                      TextureMapping mapping, const std::string& place) {
+        if (material.get_if<ModelMaterialParameters>() == nullptr) return nullptr;
+        std::vector<ModelImage> images = images_of(body, material, mapping);
+        auto law = varied_law(material.get<ModelMaterialParameters>());
+        for (const models::LookUp& read : law->reads())
+            if (!images[read.texture].texture)
+                throw ConfigError(fmt::format("{}: {}: the image of the texture \"{}\" is missing", place,
+                                              law->model().name(),
+                                              law->model().parameters()[read.texture].name));
+        if (!law->differs_by_point()) return nullptr;
+        return std::make_shared<ModelSurface>(std::move(law), std::move(images));
+    }
+
     void set_maps(const std::vector<scene::Textures::Parameter>& given, TextureMapping mapping,
                   const std::string& place, scene::Material& material, SurfaceTextures& textures) {
         const std::vector<VaryingParameter> parameters = varying_parameters(material);
@@ -168,6 +254,7 @@ private:
         scene::Material least = material;
         scene::Material most = material;
         for (const scene::Textures::Parameter& map : given) {
+            if (texture_parameter(material, map.name) != std::string_view::npos) continue;
             const auto found = std::find_if(parameters.begin(), parameters.end(),
                                             [&](const VaryingParameter& p) { return p.name == map.name; });
             if (found == parameters.end()) {
@@ -321,25 +408,32 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
     const std::vector<std::int32_t> parents = scene::parents_of(scene);
     std::vector<BuiltBody> built;
     std::vector<WantedShape> wanted;
+    std::vector<scene::Material> laws;
+    std::vector<OwnLight> lights;
     for (const scene::Body& body : scene.bodies)
-        wanted.push_back({&body.shape, is_area_light(body)});
+        scene::at_position(body.position, [&] {
+            scene::Material& law = laws.emplace_back(body.material);
+            if (auto* const model = law.get_if<ModelMaterialParameters>()) model->bands = scene.bands.size();
+            (void)make_material(law, name_of(body));
+            lights.push_back(own_light(body, law, scene.bands.size()));
+            wanted.push_back({&body.shape, is_area_light(lights.back())});
+        });
     if (cache != nullptr) cache->begin_scene(wanted);
     std::uint32_t materials = 1;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const scene::Body& body = scene.bodies[i];
         scene::at_position(body.position, [&] {
-            (void)make_material(body.material, name_of(body));
-            check_model_material(scene, body, name_of(body));
             shapes.place = name_of(body);
-            shapes.emits = is_area_light(body);
+            shapes.emits = is_area_light(lights[i]);
             auto shape = cache != nullptr ? cache->get(body.shape, shapes) : make_shape(body.shape, shapes);
-            scene::Material material_at_mean = body.material;
-            auto textures = texture_maker.make(body, *shape, material_at_mean);
+            scene::Material material_at_mean = laws[i];
+            auto textures = texture_maker.make(body, *shape, lights[i], material_at_mean);
+            check_model_material(scene, body, material_at_mean, name_of(body));
             auto material = make_material(material_at_mean, name_of(body));
             const auto slots = static_cast<std::uint32_t>(textures ? textures->slots() : 1);
             built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
-                             body.emission_w_m2_sr, std::move(textures), parents[i], body.joint, materials,
-                             nullptr});
+                             lights[i].radiance_w_m2_sr, std::move(textures), parents[i], body.joint,
+                             materials, nullptr});
             materials += slots;
         });
     }

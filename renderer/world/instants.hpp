@@ -36,6 +36,12 @@ public:
         return at(instant, lane).bodies[static_cast<std::size_t>(body)];
     }
 
+    /// Scene times of the lanes.
+    void times(const Words& instant, SampleTimes& out) const {
+        for (int i = 0; i < packet_size; ++i)
+            out.t[i] = at(instant, i).time_s;
+        out.duration_s = front().duration_s;
+    }
     /// Whether a body moves along its light, at some instant: ApparentBody::moves().
     [[nodiscard]] bool moves(std::int32_t body) const;
     /// Camera rays (unit, camera frame) in the frame of a body: sets origin, direction and stretch.

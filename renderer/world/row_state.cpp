@@ -265,6 +265,8 @@ Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
                    double time_s, RowState& row) {
+    row.time_s = time_s;
+    row.duration_s = 0;
     row.camera = camera_pose(scene, bodies, time_s);
     row.inertial_from_camera = to_matrix(row.camera.orientation);
     row.camera_from_inertial = transposed(row.inertial_from_camera);

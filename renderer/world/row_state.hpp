@@ -106,6 +106,8 @@ struct BodyState {
 
 /// Poses of everything at the instant of a row.
 struct RowState {
+    double time_s = 0;     ///< scene time of the instant
+    double duration_s = 0; ///< part of the exposure that it stands for
     Pose camera;
     Mat3 camera_from_inertial;
     Mat3 inertial_from_camera;

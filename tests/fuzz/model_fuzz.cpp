@@ -33,15 +33,21 @@ void evaluate(const models::MaterialProgram& law) {
         rows[2].push_back(rows[0][i] * rows[1][i]);
         rows[3].push_back(0.5);
     }
-    std::array<const double*, models::MaterialProgram::max_varied> varied{};
-    varied.fill(rows[3].data());
-    std::vector<double> all(lanes), parts(lanes);
-    law.evaluate(rows[0].data(), rows[1].data(), rows[2].data(), varied.data(), all.data(), lanes);
+    const std::vector<const double*> given(law.rows(), rows[3].data());
+    std::vector<std::vector<double>> all(law.outputs(), std::vector<double>(lanes)), parts = all;
+    const auto starts = [&](std::vector<std::vector<double>>& r, std::size_t first) {
+        std::vector<double*> out;
+        for (std::vector<double>& row : r)
+            out.push_back(row.data() + first);
+        return out;
+    };
+    law.evaluate(rows[0].data(), rows[1].data(), rows[2].data(), given.data(), starts(all, 0).data(), lanes);
     for (std::size_t i = 0; i < lanes; i += models::Program::lane_step)
-        law.evaluate(&rows[0][i], &rows[1][i], &rows[2][i], varied.data(), &parts[i],
+        law.evaluate(&rows[0][i], &rows[1][i], &rows[2][i], given.data(), starts(parts, i).data(),
                      models::Program::lane_step);
-    for (std::size_t i = 0; i < lanes; ++i)
-        require(same(all[i], parts[i]));
+    for (std::size_t c = 0; c < all.size(); ++c)
+        for (std::size_t i = 0; i < lanes; ++i)
+            require(same(all[c][i], parts[c][i]));
 }
 
 } // namespace
@@ -51,11 +57,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         const auto model = models::Model::parse("m.brdf", text);
         models::MaterialParameters parameters{models::default_parameters(*model)};
+        parameters.bands = 6;
         evaluate(models::MaterialProgram(model, parameters));
         for (std::size_t i = 0; i < model->parameters().size() && i < models::MaterialProgram::max_varied;
              ++i)
             if (model->parameters()[i].type != models::Type::vec2 &&
-                model->parameters()[i].type != models::Type::vec3)
+                model->parameters()[i].type != models::Type::vec3 &&
+                model->parameters()[i].type != models::Type::texture)
                 parameters.varied.push_back(i);
         evaluate(models::MaterialProgram(model, parameters));
     } catch (const ConfigError& error) {

@@ -62,7 +62,7 @@ scene::ModelValues chosen_model(const std::string& file, const std::vector<std::
         text += setting + '\n';
     }
     const config::Value table = config::parse_text(text, "--set");
-    config::Keys keys = parameter_keys(p);
+    config::Keys keys = parameter_keys(p, &table);
     if (models::kind_of(*p.loaded->model)->name == material_tools().kind) keys.push_back(shininess_key(p));
     (void)config::read_keys(table, {"--set", ""}, keys);
     return p;

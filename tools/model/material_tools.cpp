@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -56,9 +57,22 @@ vec4 brdf(vec3 $i, vec3 $e, vec3 $n, vec4 diffuse, vec4 specular, scalar shinine
 }}
 )";
 
+/// Bands that show all channels of a law.
+std::size_t bands_of(const scene::ModelValues& p) {
+    std::size_t bands = 4;
+    for (const std::vector<double>& channels : p.channels)
+        bands = std::max(bands, channels.size());
+    return std::min(bands, models::MaterialProgram::max_bands);
+}
+
+renderer::ModelMaterial law_of(const scene::ModelValues& p) {
+    return renderer::ModelMaterial({{p}, bands_of(p)});
+}
+
 models::MaterialProgram law_program(const scene::ModelValues& p) {
     models::MaterialParameters parameters{scene::program_parameters(p)};
     parameters.shininess = p.shininess;
+    parameters.bands = bands_of(p);
     return {p.loaded->model, parameters};
 }
 
@@ -76,24 +90,43 @@ ModelCost cost(const scene::ModelValues& p) {
 ModelVerdict check(const scene::ModelValues& p) {
     const models::MaterialProgram law = law_program(p);
     const models::MaterialReport report = models::report_on(law);
-    return {
+    ModelVerdict verdict{
         p.loaded->model->function("brdf")->at, models::refusal_by(report, false),
         models::warnings_by(report, false),
         fmt::format("{} operations a sample, reflects at most {:.4g} of the light, at incidence {:.0f} deg",
                     law.program().cost(), report.largest_albedo, report.largest_albedo_at_deg)};
+    const renderer::ModelMaterialParameters parameters{{p}, bands_of(p)};
+    if (const auto emission = renderer::law_emission(parameters, {1}, false)) {
+        const models::EmissionReport own =
+            models::report_on_emission(*emission, std::vector<double>(emission->rows(), 0.5));
+        if (verdict.refusal.empty()) verdict.refusal = models::refusal_by(own);
+        if (const std::string line = models::warning_by(own); !line.empty()) verdict.warnings.push_back(line);
+    }
+    return verdict;
 }
 
 ModelFacts eval(const scene::ModelValues& p, const ModelPoint& at) {
     const LawAngles angles{at.at("incidence"), at.at("emission"), at.at("azimuth")};
-    const double r = law_values(renderer::ModelMaterial({p}), {angles.cosines()})[0];
+    const renderer::ModelMaterial law = law_of(p);
+    const double r = law_values(law, {angles.cosines()})[0];
     const double factor = std::numbers::pi * r;
-    return {{"phase angle", fmt::format("{:.6g} deg", angles.phase_deg()), "phase_deg", angles.phase_deg()},
-            {"BRDF x cos i", fmt::format("{:.12g} 1/sr", r), "r_per_sr", r},
-            {"radiance factor", fmt::format("{:.12g}", factor), "radiance_factor", factor}};
+    ModelFacts facts{
+        {"phase angle", fmt::format("{:.6g} deg", angles.phase_deg()), "phase_deg", angles.phase_deg()},
+        {"BRDF x cos i", fmt::format("{:.12g} 1/sr", r), "r_per_sr", r},
+        {"radiance factor", fmt::format("{:.12g}", factor), "radiance_factor", factor}};
+    if (!law.spectral()) return facts;
+    renderer::Channels r_of;
+    law.reflectances(packets_of({angles.cosines()})[0], r_of);
+    std::vector<double> channels;
+    for (std::size_t c = 0; c < bands_of(p); ++c)
+        channels.push_back(r_of.v[c][0]);
+    facts.push_back({"in each channel", fmt::format("{:.12g} 1/sr", fmt::join(channels, ", ")),
+                     "r_per_sr_of_channels", channels});
+    return facts;
 }
 
 void plot(const scene::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
-    const renderer::ModelMaterial law({p});
+    const renderer::ModelMaterial law = law_of(p);
     if (file.extension() == ".png")
         law_spheres(law).write(file);
     else if (file.extension() == ".svg")
@@ -131,7 +164,7 @@ ModelFacts bench(const scene::ModelValues& p) {
     const auto fact = [](std::string label, std::string name, double ns) {
         return ModelFact{std::move(label), fmt::format("{:8.2f}", ns), std::move(name), ns};
     };
-    ModelFacts facts{fact("", "model_ns", law_nanoseconds(renderer::ModelMaterial({p})))};
+    ModelFacts facts{fact("", "model_ns", law_nanoseconds(law_of(p)))};
     for (const std::string_view name : {"lambert", "lommel-seeliger", "minnaert", "oren-nayar", "hapke"}) {
         const auto& kinds = renderer::material_kinds();
         scene::Material description = scene::find_kind(kinds, name)->make_default();

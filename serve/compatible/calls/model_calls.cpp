@@ -44,10 +44,9 @@ json key_value(Request& r, const models::Parameter& p, const Value& value) {
     if (numbers.size() != count) refuse(fmt::format("{} numbers", count));
     for (double& number : numbers)
         number /= p.si(); // keys are in the unit that the text names
-    const bool one = count == 1 || p.type == models::Type::vec4;
-    if (one && std::any_of(numbers.begin(), numbers.end(), [&](double n) { return n != numbers[0]; }))
-        refuse("one value for all channels");
-    return one ? json(numbers[0]) : json(numbers);
+    // A vec4 of one number stands for all bands, another one for each four of them.
+    const bool same = std::all_of(numbers.begin(), numbers.end(), [&](double n) { return n == numbers[0]; });
+    return count == 1 || (p.type == models::Type::vec4 && same) ? json(numbers[0]) : json(numbers);
 }
 
 /// The law of a file in SuMoL. Throws Failure.

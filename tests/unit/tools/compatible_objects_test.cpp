@@ -176,8 +176,11 @@ TEST_CASE("a scattering law in SuMoL is used as it is, with its parameters", "[s
         << "parameter c vec4(1);\nvec4 brdf(vec3 i, vec3 e, vec3 n, vec4 d, vec4 s, scalar sh) { return d * c * (i|n) / M_PI; }";
     client.refuse(
         "createBRDF",
-        {{"name", "m"}, {"filename", "grey.brdf"}, {"parameters", Fields{{"c", List{0.1, 0.2, 0.3, 0.4}}}}},
-        "one value for all channels");
+        {{"name", "m"}, {"filename", "grey.brdf"}, {"parameters", Fields{{"c", List{0.1, 0.2, 0.3}}}}},
+        "4 numbers");
+    client.call(
+        "createBRDF",
+        {{"name", "m"}, {"filename", "grey.brdf"}, {"parameters", Fields{{"c", List{0.1, 0.2, 0.3, 0.4}}}}});
     const Reply more = client.call(
         "createBRDF",
         {{"name", "m"}, {"filename", "grey.brdf"}, {"parameters", Fields{{"c", 0.3}, {"shine", 1}}}});
