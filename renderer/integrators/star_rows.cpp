@@ -81,6 +81,8 @@ void StarRows::find(std::span<const RowTime> rows, StarsInView& view) const {
         if (t.exposure_ns() > 0)
             for (const Time edge : {t.reset, t.read})
                 pose.turn_rad = std::max(pose.turn_rad, angle_between(pose.attitude, attitude(edge)));
+        if (scene_.camera.vibration)
+            pose.turn_rad += scene_.camera.vibration->path_rad(to_seconds(t.reset.ns), to_seconds(t.read.ns));
         view.poses.push_back(pose);
         if (scene_.aberration)
             aberration_rad =

@@ -8,6 +8,7 @@
 #include "core/text/enum_names.hpp"
 #include "core/time.hpp"
 #include "ephemeris/time/epoch.hpp"
+#include "models/kinds/motion_program.hpp"
 #include "renderer/scene/description.hpp"
 #include "renderer/scene/model_values.hpp"
 
@@ -371,6 +372,8 @@ struct Camera {
     Motion motion;
     std::string parent{}; ///< see Body::parent
     Joint joint{};
+    /// Small motion on top of the pose; null: none.
+    std::shared_ptr<const models::MotionProgram> vibration{};
     /// Inertial velocity for Scene::aberration; zero: that of `motion`.
     Vec3 velocity_m_s{};
     Projection projection = Projection::pinhole;

@@ -19,7 +19,19 @@ struct CameraPlace {
     PlaceKeys place;
     JointKeys joint;
     KernelPlaceKeys kernel;
+    std::string vibration; ///< where a table is wanted
 };
+
+/// Reads `vibration = { model = "FILE.mot", PARAMETER = VALUE }`; `word`: what stands in place of the table.
+void read_vibration(Camera& camera, const std::string& word, const config::ReadTable& table) {
+    if (!word.empty())
+        table.refuse("vibration", "allowed is a table: write vibration = { model = \"FILE.mot\" }");
+    if (const auto own = read_model(table, "vibration", "motion"))
+        table.refuse_if_thrown("vibration", [&] {
+            camera.vibration =
+                std::make_shared<const models::MotionProgram>(own->loaded->model, program_parameters(*own));
+        });
+}
 
 /// Reads `psf = { model = "FILE.psf", PARAMETER = VALUE }`.
 void read_psf(PointSpread& psf, const config::ReadTable& table) {
@@ -41,11 +53,17 @@ config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>
         place_keys.insert(place_keys.end(), more.begin(), more.end());
     config::Section section{"camera", "The camera: sensor, optics, position, attitude and motion."};
     section.keys = keys_of(camera);
+    section.keys.push_back(
+        config::key("vibration", &read->vibration)
+            .or_table()
+            .help(
+                "Small motion on top of the pose: vibration = { model = \"FILE.mot\", PARAMETER = VALUE }, see models.md"));
     section.keys.insert(section.keys.end(), place_keys.begin(), place_keys.end());
     section.check = [&camera, read, place_keys, kernels](const config::ReadTable& table) {
         if (camera.psf.model == PointSpread::Model::table && camera.psf.file.empty())
             table.refuse_table("the key \"psf_file\" is missing");
         read_psf(camera.psf, table);
+        read_vibration(camera, read->vibration, table);
         if (const std::string why = explain_invalid_row_pitch(camera.pixel_pitch_m, camera.pixel_pitch_y_m);
             !why.empty())
             table.refuse("pixel_pitch_y_um", why);

@@ -86,8 +86,10 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     std::array<Pose, 3> camera;
     for (std::size_t i = 0; i < 3; ++i)
         camera[i] = camera_pose(scene, bodies, times[i]);
-    const double turn_rad = exposure_angle(camera[0].orientation, camera[1].orientation) +
-                            exposure_angle(camera[1].orientation, camera[2].orientation);
+    double turn_rad = exposure_angle(camera[0].orientation, camera[1].orientation) +
+                      exposure_angle(camera[1].orientation, camera[2].orientation);
+    // Three instants know nothing of a jitter between them.
+    if (scene.camera.vibration) turn_rad += scene.camera.vibration->path_rad(times[0], times[2]);
     const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;
     double max_rad = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {

@@ -178,6 +178,21 @@ Quat aimed(const scene::Aim& aim, const Pose& frame, Vec3 direction, Quat otherw
     return axes * look_along_any(rotate(conjugate(axes), direction), aim.up);
 }
 
+/// Pose of the camera without its vibration.
+Pose still_camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
+    const scene::Camera& camera = scene.camera;
+    Pose pose = pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
+    const scene::Aim* aim = aim_of(camera.motion, time_s);
+    if (aim == nullptr) return pose;
+    const Pose frame = frame_of(scene, bodies, camera.parent, camera.motion, time_s);
+    Vec3 direction = target_of(scene, bodies, *aim, frame, pose.position_m, true, time_s) - pose.position_m;
+    if (scene.aberration && length(direction) > 0)
+        direction =
+            aberrate(normalized(direction), camera_velocity_m_s(scene, bodies, time_s) / light_speed_m_s);
+    pose.orientation = aimed(*aim, frame, direction, pose.orientation);
+    return pose;
+}
+
 } // namespace
 
 Pose body_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t index,
@@ -206,16 +221,12 @@ Vec3 lamp_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bod
 }
 
 Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
-    const scene::Camera& camera = scene.camera;
-    Pose pose = pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
-    const scene::Aim* aim = aim_of(camera.motion, time_s);
-    if (aim == nullptr) return pose;
-    const Pose frame = frame_of(scene, bodies, camera.parent, camera.motion, time_s);
-    Vec3 direction = target_of(scene, bodies, *aim, frame, pose.position_m, true, time_s) - pose.position_m;
-    if (scene.aberration && length(direction) > 0)
-        direction =
-            aberrate(normalized(direction), camera_velocity_m_s(scene, bodies, time_s) / light_speed_m_s);
-    pose.orientation = aimed(*aim, frame, direction, pose.orientation);
+    Pose pose = still_camera_pose(scene, bodies, time_s);
+    if (scene.camera.vibration == nullptr) return pose;
+    const models::SmallMotion motion = scene.camera.vibration->at(time_s);
+    pose.position_m = pose.position_m + rotate(pose.orientation, motion.offset_m);
+    if (const double angle = length(motion.rotation_rad); angle > 0)
+        pose.orientation = pose.orientation * axis_angle(motion.rotation_rad, angle);
     return pose;
 }
 

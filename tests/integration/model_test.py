@@ -183,7 +183,7 @@ PSFS = [
 with tempfile.TemporaryDirectory(prefix="obscura-model-") as temporary:
     folder = pathlib.Path(temporary)
     names = [entry["name"] for entry in json.loads(call("list", "--json", folder=folder)[1])]
-    tested = [law[0] for law in LAWS] + [name.removesuffix(".psf") for name, *_ in PSFS]
+    tested = [law[0] for law in LAWS] + [name.removesuffix(".psf") for name, *_ in PSFS] + ["reaction-wheel"]
     check("each shipped model is tested", sorted(names) == sorted(tested), names)
     for name, parameters, point, formula, tolerance in PSFS:
         settings = [word for key, value in parameters.items() for word in ("--set", f"{key}={value}")]
@@ -205,6 +205,17 @@ with tempfile.TemporaryDirectory(prefix="obscura-model-") as temporary:
                                    (f"{name} at small angles and in the plane of incidence", ~well, 2e-5)):
             difference = np.max(np.abs(given - expected)[where] / np.maximum(np.abs(expected), 1e-9)[where])
             check(what, status == 0 and difference < limit, f"{difference} {error}")
+
+    wheel = {"rate_hz": 37, "jitter_urad": 8, "second": 0.5, "third": 0.3, "axial": 0.2, "shift_um": 3}
+    settings = [word for key, value in wheel.items() for word in ("--set", f"{key}={value}")]
+    for t in (0, 0.0137, 12.3456):
+        told = json.loads(call("eval", "reaction-wheel", *settings, "--at", f"t={t}", "--json", folder=folder)[1])
+        phase = 2 * np.pi * 37 * t
+        turns = lambda harmonic, start: np.sin(harmonic * phase + 2 * np.pi * start)
+        expected = {"rotation_x_urad": 8 * (turns(1, 0.25) + 0.5 * turns(2, 0.37) + 0.3 * turns(3.16, 0.61)),
+                    "rotation_y_urad": 8 * (turns(1, 0) + 0.5 * turns(2, 0.12) + 0.3 * turns(3.16, 0.86)),
+                    "rotation_z_urad": 1.6 * turns(1, 0.5), "offset_x_um": 3 * turns(1, 0.25), "offset_y_um": 3 * turns(1, 0), "offset_z_um": 0}
+        check(f"reaction-wheel at {t} s is what its formula says", max(abs(told[key] - value) for key, value in expected.items()) < 1e-9, (told, expected))
 
     status, said, error = call("new", "material", "rock", folder=folder)
     check("a new model is written", (status, said) == (0, "rock.brdf\n"), error)

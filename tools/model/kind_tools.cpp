@@ -9,6 +9,7 @@
 #include "host/command_line.hpp"
 #include "models/model/entry_points.hpp"
 #include "tools/model/material_tools.hpp"
+#include "tools/model/motion_tools.hpp"
 #include "tools/model/psf_tools.hpp"
 
 #include <fmt/format.h>
@@ -23,7 +24,7 @@ ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
 }
 
 const std::vector<const KindTools*>& kind_tools() {
-    static const std::vector<const KindTools*> tools{&material_tools(), &psf_tools()};
+    static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(), &psf_tools()};
     return tools;
 }
 
