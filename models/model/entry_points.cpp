@@ -65,6 +65,41 @@ EntryPoint density() {
         "pitch: of the columns, m; f_number: focal length over aperture"};
 }
 
+EntryPoint lookup_2d() {
+    return {
+        "lookup2D",
+        Type::vec4,
+        {{Type::texture, "tex"}, {Type::vec2, "uv"}, {Type::scalar, "lod"}},
+        {3},
+        false,
+        "Value of the texture at uv, 0 to 1, in each channel; vec4(M_NAN): no data; lod: level of detail, "
+        "log2 of the sample's width in texels",
+        true};
+}
+
+EntryPoint lookup_3d() {
+    return {"lookup3D",
+            Type::vec4,
+            {{Type::texture, "tex"}, {Type::vec3, "los"}, {Type::scalar, "lod"}},
+            {3},
+            false,
+            "The same in a direction from the centre of the body, in its frame, m: not of unit length",
+            true};
+}
+
+EntryPoint texture_size() {
+    return {"textureSize", Type::vec2, {}, {0}, false, "Width and height in texels, where no image has them"};
+}
+
+EntryPoint compute_3d_lod() {
+    return {"compute3DLOD",
+            Type::scalar,
+            {{Type::texture, "tex"}, {Type::vec3, "xyz"}, {Type::scalar, "sample_size"}},
+            {3},
+            false,
+            "Level of detail of lookup3D() for a sample of that width, m"};
+}
+
 std::string signature(const EntryPoint& entry) {
     std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
     for (std::size_t i = 0; i < entry.arguments.size(); ++i) {
@@ -104,6 +139,13 @@ const std::vector<ModelKind>& model_kinds() {
            false,
            "Displacement of the camera from its place in its own frame, m"}},
          {}},
+        {"texture",
+         "texture model",
+         ".txr",
+         "Texture, an image or computed.",
+         {lookup_2d(), lookup_3d(), texture_size(), compute_3d_lod()},
+         {{"lookupLOD", {Type::texture, Type::vec2, Type::scalar}, Type::vec4},
+          {"size", {Type::texture}, Type::vec2}}},
         {"psf", "PSF model", ".psf", "Point spread function of the optics.", {density()}, {}},
     };
     return kinds;
@@ -134,6 +176,16 @@ void check_entry_points(const Model& model, Findings& findings) {
         findings.error({}, unknown_ending(model.name()));
         return;
     }
+    const auto has_one_of = [&] {
+        return std::any_of(kind->entry_points.begin(), kind->entry_points.end(), [&](const EntryPoint& e) {
+            return e.one_of && model.function(e.name) != nullptr;
+        });
+    };
+    std::vector<std::string> one_of;
+    for (const EntryPoint& entry : kind->entry_points)
+        if (entry.one_of) one_of.push_back(signature(entry));
+    if (!one_of.empty() && !has_one_of() && !findings.has_errors())
+        findings.error({}, fmt::format("a function is missing, one of {}", fmt::join(one_of, ", ")));
     for (const EntryPoint& entry : kind->entry_points) {
         const Function* const f = model.function(entry.name);
         if (f == nullptr) {

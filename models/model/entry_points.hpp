@@ -32,6 +32,7 @@ struct EntryPoint {
     std::vector<std::size_t> stops; ///< allowed numbers of arguments, in rising order
     bool required = false;
     std::string_view help;
+    bool one_of = false; ///< one of the functions of the kind that say so is required
 };
 
 /// A function that reads a texture.

@@ -168,7 +168,7 @@ void check_model_material(const scene::Scene& scene, const scene::Body& body, co
     if (!why.empty()) refuse(why);
     const bool coloured = !body.colour.empty() && std::any_of(body.colour.begin(), body.colour.end(),
                                                               [](double c) { return c != 1; });
-    if ((coloured || !body.textures.albedo.empty()) && !law.is_proportional_to_diffuse())
+    if ((coloured || body.textures.has_albedo()) && !law.is_proportional_to_diffuse())
         refuse(
             "the body has a colour or an albedo texture, and brdf() is not proportional to `diffuse`, which they "
             "are: multiply the result by diffuse, or leave them out");

@@ -89,6 +89,32 @@ std::string explain_channels(const ModelValues& p, std::size_t bands) {
     return "";
 }
 
+void apply_globals(const std::vector<Global>& globals, ModelValues& p) {
+    if (p.loaded == nullptr) return;
+    const auto& parameters = p.loaded->model->parameters();
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+        const models::Parameter& parameter = parameters[i];
+        const auto found = std::find_if(globals.begin(), globals.end(),
+                                        [&](const Global& g) { return g.name == parameter.name; });
+        if (!parameter.global || found == globals.end()) continue;
+        const auto count = static_cast<std::size_t>(models::components(parameter.type));
+        const std::vector<double>& given = found->values;
+        if (given.size() != 1 && given.size() != count)
+            throw ConfigError(fmt::format("global \"{}\": {} numbers: {} has {}", found->name, given.size(),
+                                          p.loaded->model->name(), count));
+        std::vector<double> values;
+        for (std::size_t c = 0; c < count; ++c) {
+            values.push_back(given[given.size() == 1 ? 0 : c] * parameter.si());
+            if (values[c] < parameter.min * parameter.si() || values[c] > parameter.max * parameter.si())
+                throw ConfigError(fmt::format("global \"{}\": {}: {} allows {} to {}", found->name,
+                                              given[given.size() == 1 ? 0 : c], p.loaded->model->name(),
+                                              parameter.min, parameter.max));
+        }
+        std::copy(values.begin(), values.end(), p.values[i].begin());
+        p.channels[i] = parameter.type == models::Type::vec4 ? values : std::vector<double>();
+    }
+}
+
 config::Key shininess_key(ModelValues& p) {
     return config::key("shininess", &p.shininess).range(0, 1e6).help("Argument `shininess` of brdf()");
 }

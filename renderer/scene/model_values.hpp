@@ -28,6 +28,12 @@ struct LoadedModel {
 /// Shipped models of a kind.
 [[nodiscard]] config::ShippedFolder shipped_models(std::string_view kind);
 
+/// Value of the globals of that name of all models of a scene.
+struct Global {
+    std::string name;
+    std::vector<double> values; ///< one for each component, or one for all
+};
+
 /// Values of the parameters of a model.
 struct ModelValues {
     std::shared_ptr<const LoadedModel> loaded; ///< null: none
@@ -49,6 +55,9 @@ struct ModelValues {
 [[nodiscard]] config::Keys parameter_keys(ModelValues& p, const config::Value* table = nullptr);
 /// Why the channels of a vec4 do not suit a scene of so many bands; empty: they do.
 [[nodiscard]] std::string explain_channels(const ModelValues& p, std::size_t bands);
+
+/// Sets the globals of a model to those of the scene. Throws ConfigError: the wrong number of values.
+void apply_globals(const std::vector<Global>& globals, ModelValues& p);
 
 /// Key of the shininess, for materials.
 [[nodiscard]] config::Key shininess_key(ModelValues& p);

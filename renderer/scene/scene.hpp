@@ -10,7 +10,7 @@
 #include "ephemeris/time/epoch.hpp"
 #include "models/kinds/motion_program.hpp"
 #include "renderer/scene/description.hpp"
-#include "renderer/scene/model_values.hpp"
+#include "renderer/scene/model_texture.hpp"
 
 #include <array>
 #include <cstddef>
@@ -137,9 +137,15 @@ struct Textures {
         std::string file;
         /// Values for a texel of 0 and a texel of 1 (integers: full scale).
         double at_zero = 0, at_one = 1;
+        std::shared_ptr<const ModelTexture> model{}; ///< in place of a file; null: none
     };
     std::vector<Parameter> parameters{};
     std::string emission{}; ///< emission map, a factor on Body::emission_w_m2_sr; empty: none
+    /// Textures that users have written, in place of files; null: none.
+    std::shared_ptr<const ModelTexture> albedo_model{}, emission_model{};
+
+    [[nodiscard]] bool has_albedo() const { return !albedo.empty() || albedo_model; }
+    [[nodiscard]] bool has_emission() const { return !emission.empty() || emission_model; }
 };
 
 /// Joint between a body, a lamp or the camera and its parent, of one degree of freedom or none.
@@ -440,6 +446,7 @@ struct Scene {
     std::vector<SpectralBand> bands{SpectralBand{}};
     std::vector<StrayLight> stray_light{};
     std::vector<Landmark> landmarks{};
+    std::vector<Global> globals{}; ///< of the models that users have written
     /// Light-time correction: points of bodies are seen where they were when their light left them, also
     /// from one body to another (renderer/world/light_time.hpp).
     bool light_time = false;

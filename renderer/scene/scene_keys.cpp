@@ -165,10 +165,15 @@ config::Keys keys_of(Body& s) {
             .help("Relative spectrum of the emission: [nm, value] pairs, increasing in wavelength; "
                   "the detector's efficiency is weighted by it; empty: like sunlight"),
         config::key("emission_texture", config::Path{&s.textures.emission, true, true})
-            .help("Emission map, a factor on emission_w_m2_sr: an image as for albedo_texture; empty: none"),
+            .or_table()
+            .help(
+                "Emission map, a factor on emission_w_m2_sr: an image or model as for albedo_texture; empty: none"),
         config::key("albedo_texture", config::Path{&s.textures.albedo, true, true})
-            .help("Albedo map, a factor on the body's reflectance: "
-                  "FITS, PNG, TIFF, JPEG, OpenEXR or PDS3 image; empty: none"),
+            .or_table()
+            .help(
+                "Albedo map, a factor on the body's reflectance: "
+                "FITS, PNG, TIFF, JPEG, OpenEXR or PDS3 image; or { model = \"FILE.txr\", tex = \"IMAGE\" }; "
+                "empty: none"),
         config::key("normal_texture", config::Path{&s.textures.normal, true, true})
             .help("Normal map, an image that perturbs the surface normals; empty: none"),
         word_key("texture_coding", &s.textures.srgb, "linear", "srgb")
@@ -203,6 +208,16 @@ config::Keys keys_of(Lamp& s) {
             .range(0, 1e30)
             .help("Relative spectrum of the lamp: [nm, value] pairs, increasing in wavelength; "
                   "the detector's efficiency is weighted by it; empty: like sunlight"),
+    };
+}
+
+config::Keys keys_of(Global& s) {
+    return {
+        config::key("name", &s.name).required().help("Name of the global in the texts of models"),
+        config::key("values", &s.values)
+            .range(-1e15, 1e15)
+            .required()
+            .help("Its value: a number for each component, or one for all"),
     };
 }
 

@@ -204,7 +204,8 @@ void add_kinds(config::Section& section, Body& body, BodyKeys& read, const Shape
         }
         const bool by_image = std::any_of(read.textures.begin(), read.textures.end(), [&](const auto& t) {
             const config::Member* file = table.find(t.file_key);
-            return t.constant_key == p.key.name && file != nullptr && !file->value.string.empty();
+            return t.constant_key == p.key.name && file != nullptr &&
+                   (!file->value.string.empty() || file->value.kind == config::Value::Kind::table);
         });
         const bool by_normal_albedo = p.key.name == "albedo" && table.find(normal_albedo_name) != nullptr;
         section.keys.push_back(material.preset || by_image || by_normal_albedo ? optional(p.key) : p.key);
@@ -251,7 +252,9 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, KernelKeys& ker
     Body& body = scene.bodies[index];
     add_parameter_textures(read.textures, body.textures, table);
     exclude(table, "colour_curve", "colour");
-    if (!body.textures.emission.empty() && body.emission_w_m2_sr.empty())
+    body.textures.albedo_model = read_texture_model(table, "albedo_texture");
+    body.textures.emission_model = read_texture_model(table, "emission_texture");
+    if (body.textures.has_emission() && body.emission_w_m2_sr.empty())
         table.refuse("emission_texture", "a factor on \"emission_w_m2_sr\", which is missing");
     apply_normal_albedo(body, read.normal_albedo, table);
     for (const Conflict& c : find_kind(shape_kinds(), body.shape.kind())->conflicts(body.shape))

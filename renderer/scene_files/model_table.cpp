@@ -79,6 +79,33 @@ std::optional<ModelValues> read_model(const config::ReadTable& table, std::strin
     return read;
 }
 
+std::shared_ptr<const ModelTexture> read_texture_model(const config::ReadTable& table, std::string_view key) {
+    const config::Member* const member = table.table()->find(key);
+    if (member == nullptr || member->value.kind != config::Value::Kind::table) return nullptr;
+    const config::Where where = table.where().in(key);
+    std::shared_ptr<const ModelTexture> read;
+    (void)table.mistakes().collect([&] {
+        std::string file = model_file(member->value, where, "texture");
+        ModelTexture texture{defaults_of(load_model(file, "texture"))};
+        const auto& parameters = texture.loaded->model->parameters();
+        texture.images.push_back({std::string(ModelTexture::own_image), ""});
+        for (const models::Parameter& p : parameters)
+            if (p.type == models::Type::texture && p.name != ModelTexture::own_image)
+                texture.images.push_back({std::string(p.name), ""});
+        config::Keys keys{model_key(file)};
+        for (ModelTexture::Image& image : texture.images)
+            keys.push_back(config::key(image.name, config::Path{&image.file, true, true})
+                               .help("Image that the texture reads"));
+        for (std::size_t i = 0; i < parameters.size(); ++i)
+            if (!parameters[i].global && parameters[i].type != models::Type::texture)
+                keys.push_back(parameter_key(texture, i, &member->value));
+        (void)config::read_keys(member->value, where, keys, table.mistakes());
+        std::erase_if(texture.images, [](const ModelTexture::Image& image) { return image.file.empty(); });
+        read = std::make_shared<ModelTexture>(std::move(texture));
+    });
+    return read;
+}
+
 void read_material_model(const config::ReadTable& table, Body& body) {
     const config::Member* const member = table.table()->find("material");
     if (member == nullptr || member->value.kind != config::Value::Kind::table) {

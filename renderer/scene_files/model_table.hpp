@@ -7,6 +7,7 @@
 #include "renderer/scene/scene.hpp"
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string_view>
 
@@ -20,6 +21,11 @@ inline constexpr std::array<std::string_view, 3> model_table_paths{"body.materia
 /// `kind`; nothing where the key is no table, or after mistakes.
 [[nodiscard]] std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
                                                     std::string_view kind);
+
+/// Reads `key = { model = "FILE.txr", tex = "IMAGE", PARAMETER = VALUE }` within `table`: textures are given
+/// by the names of images. Null: it is no table, or after mistakes.
+[[nodiscard]] std::shared_ptr<const ModelTexture> read_texture_model(const config::ReadTable& table,
+                                                                     std::string_view key);
 
 /// Reads `material = { model = "FILE.brdf", PARAMETER = VALUE, PARAMETER_texture = "IMAGE" }` of the table of
 /// a body into its material and textures. A parameter that is a texture is given by the image's name.

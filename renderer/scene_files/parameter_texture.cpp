@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/parameter_texture.hpp"
 
+#include "renderer/scene_files/model_table.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 
 #include <fmt/format.h>
@@ -34,7 +35,8 @@ std::vector<ParameterTexture> textures_of(const ParameterList& parameters) {
 config::Keys texture_keys(std::vector<ParameterTexture>& textures) {
     config::Keys keys;
     for (ParameterTexture& t : textures) {
-        keys.push_back(config::key(t.file_key, config::Path{&t.file, true, true}).help(t.file_help));
+        keys.push_back(
+            config::key(t.file_key, config::Path{&t.file, true, true}).or_table().help(t.file_help));
         keys.push_back(config::key(t.range_key, config::Numbers{t.range.data(), t.range.size()})
                            .unit(t.unit)
                            .range(-1e6, 1e6)
@@ -50,6 +52,9 @@ void add_parameter_textures(const std::vector<ParameterTexture>& textures, Textu
         if (table.has(t.range_key)) require(table, t.file_key);
         if (!t.file.empty())
             body.parameters.push_back({t.parameter, t.file, t.range[0] * t.si, t.range[1] * t.si});
+        else if (auto model = read_texture_model(table, t.file_key))
+            body.parameters.push_back(
+                {t.parameter, "", t.range[0] * t.si, t.range[1] * t.si, std::move(model)});
     }
 }
 

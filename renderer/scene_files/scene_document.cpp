@@ -60,8 +60,9 @@ void visit_table(Value& table, const std::string& path, const std::filesystem::p
     for (Member& member : table.members) {
         Value& value = member.value;
         const std::string inner = path.empty() ? member.key : path + "." + member.key;
-        const bool names_files =
-            is_model_table(path) || (own != file_keys().end() && own->second.contains(member.key));
+        const bool names_files = is_model_table(path) ||
+                                 (path.starts_with("body.") && table.find("model") != nullptr) ||
+                                 (own != file_keys().end() && own->second.contains(member.key));
         if (value.kind == Value::Kind::table) visit_table(value, inner, folder, visit);
         if (value.kind == Value::Kind::string && names_files) visit(value, folder);
         if (value.kind != Value::Kind::array) continue;

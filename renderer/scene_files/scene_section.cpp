@@ -183,6 +183,16 @@ struct LandmarkKeys {
     Vec3 position_m;
 };
 
+config::Section global_section(Global& global) {
+    config::Section section{"global", "Value of a global of the models of users, in all that declare it."};
+    section.keys = keys_of(global);
+    section.check = [&global](const config::ReadTable& table) {
+        if (table.has("values") && global.values.empty())
+            table.refuse("values", "empty: allowed is 1 to 4 numbers");
+    };
+    return section;
+}
+
 config::Section landmark_section(Landmark& landmark) {
     const auto read = std::make_shared<LandmarkKeys>();
     config::Section section{"landmark", "A named point of a body, listed in the truth table of each frame."};
@@ -305,6 +315,8 @@ config::Section scene_section(Scene& scene) {
         config::list("landmark",
                      "A named point of a body, one table for each, for the truth table of frames.",
                      scene.landmarks, landmark_section),
+        config::list("global", "A global of models that users have written, one table for each.",
+                     scene.globals, global_section),
         config::list("stray_light", "A stray light map: ghosts and reflections of the optics.",
                      scene.stray_light, stray_light_section),
     };

@@ -4,6 +4,7 @@
 
 #include "models/kinds/material_program.hpp"
 #include "renderer/materials/material.hpp"
+#include "renderer/textures/procedural_texture.hpp"
 #include "renderer/textures/texture_lookup.hpp"
 
 #include <cstddef>
@@ -20,8 +21,11 @@ struct SampleTimes {
 
 /// Image of a texture that a model has as a parameter, and the values of a texel of 0 and of 1.
 struct ModelImage {
-    PlacedTexture texture; ///< none: the parameter is no texture
+    PlacedTexture texture; ///< none: the parameter is no texture, or has a model
     double at_zero = 0, gain = 1;
+    std::shared_ptr<const ProceduralTexture> model{}; ///< in place of an image, of four bands; null: none
+
+    explicit operator bool() const { return bool{texture} || model; }
 };
 
 /// Fills the rows of a MaterialProgram that are not parameters. Immutable; thread-safe; real-time safe.
@@ -30,16 +34,15 @@ public:
     /// `images`: for each parameter of the model.
     ModelSurface(std::shared_ptr<const models::MaterialProgram> law, std::vector<ModelImage> images);
 
-    /// Sets the rows at the hits `here`; other lanes are 0. `lookups`: of all lanes that are in `here`, whose
-    /// rays are as wide as they say. The rows before are set.
-    void fill(const Lanes& here, const UvPacket& at, const SurfacePacket& surface, const Vec3s& longer_m,
-              const Vec3s& shorter_m, const SampleTimes& time, ParameterPacket& rows) const;
+    /// Sets the rows at `points`; other lanes are 0. The rows before are set.
+    void fill(const TexturePoints& points, const UvPacket& at, const SampleTimes& time,
+              ParameterPacket& rows) const;
     [[nodiscard]] const models::MaterialProgram& law() const { return *law_; }
     [[nodiscard]] const std::vector<ModelImage>& images() const { return images_; }
 
 private:
-    void read(std::size_t index, const Lanes& here, const UvPacket& at, const SurfacePacket& surface,
-              const Vec3s& longer_m, const Vec3s& shorter_m, ParameterPacket& rows) const;
+    void read(std::size_t index, const TexturePoints& points, const UvPacket& at,
+              ParameterPacket& rows) const;
 
     std::shared_ptr<const models::MaterialProgram> law_;
     std::vector<ModelImage> images_;
@@ -47,6 +50,11 @@ private:
 
 /// Means of the planes of an image as values of the four channels of a texture.
 [[nodiscard]] std::array<double, 4> mean_channels(const ModelImage& image);
+
+/// Where lanes read textures, with the footprints of rays along `direction` that are `width_m` wide.
+[[nodiscard]] TexturePoints texture_points(const Lanes& here, const UvPacket& at,
+                                           const SurfacePacket& surface, const Vec3s& direction,
+                                           const Doubles& width_m);
 
 /// Reads a texture at `u`, `v`: `longer` and `shorter` are the edges of the footprint there, which is scaled
 /// to 2^level texels (geometric mean of its sides) unless `level` is NaN.

@@ -92,10 +92,20 @@ void SurfaceTextures::for_each_paged(const Use& use) const {
     for (const Map& map : maps_)
         each(map.texture.texture);
     each(emission_.texture);
-    for (const auto& model : {model_, model_emission_})
+    const auto each_of = [&](const std::shared_ptr<const ProceduralTexture>& model) {
         if (model)
-            for (const ModelImage& image : model->images())
-                each(image.texture.texture);
+            for (const ProceduralTexture::Image& image : model->images())
+                each(image.texture);
+    };
+    each_of(albedo_model_);
+    each_of(emission_model_);
+    for (const Map& map : maps_)
+        each_of(map.model);
+    for (const auto& model : {model_, model_emission_})
+        for (std::size_t k = 0; model && k < model->images().size(); ++k) {
+            each(model->images()[k].texture.texture);
+            each_of(model->images()[k].model);
+        }
     if (nested_)
         for (const auto& texture : nested_->textures())
             each(texture);
@@ -123,35 +133,23 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
                             ParameterPacket& varied) const {
     bool has_uv = false;
     UvPacket at;
-    if (model_) {
-        Lanes here{};
-        Vec3s longer_m{}, shorter_m{};
-        texture_coordinates(shape, hits, body, surface, at);
-        has_uv = true;
-        for (int i = 0; i < packet_size; ++i) {
-            if (hits.body[i] != body) continue;
-            here.on[i] = -1;
-            Vec3 longer, shorter;
-            footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], longer, shorter);
-            longer_m.set(i, longer);
-            shorter_m.set(i, shorter);
-        }
-        for (std::size_t k = 0; k < constants_.size(); ++k)
-            std::fill_n(varied.value[k].v, packet_size, constants_[k]);
-        model_->fill(here, at, surface, longer_m, shorter_m, time, varied);
-    }
     for (std::size_t k = 0; varies() && k < constants_.size(); ++k)
         for (int i = 0; i < packet_size; ++i)
             varied.value[k][i] = constants_[k];
+    for (std::size_t c = 0; c < channels; ++c)
+        std::fill_n(factor.v[c].v, packet_size, 1.0);
+    if (has_models()) {
+        texture_coordinates(shape, hits, body, surface, at);
+        has_uv = true;
+        apply_models(view, hits, body, at, width_m, channels, time, surface, factor, varied);
+    }
     for (int i = 0; i < packet_size; ++i) {
-        for (std::size_t c = 0; c < channels; ++c)
-            factor.v[c][i] = 1;
         if (hits.body[i] != body) continue;
         const std::size_t number = slot_of(shape, hits.primitive[i]);
         const Slot& slot = slots_[number];
         if (!slot.factor.empty())
             for (std::size_t c = 0; c < channels; ++c)
-                factor.v[c][i] = slot.factor[c];
+                factor.v[c][i] *= slot.factor[c];
         if (!slot.albedo && !slot.normal && maps_.empty() && !nested_) continue;
         Vec3 longer_m, shorter_m;
         footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], longer_m, shorter_m);
@@ -174,7 +172,7 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
                 factor.v[c][i] *= band_value(weights_[number], c, planes, count);
         }
         for (const Map& map : maps_)
-            if (lookup.sample(map.texture, planes))
+            if (map.texture && lookup.sample(map.texture, planes))
                 varied.value[map.parameter][i] = map.at_zero + map.gain * planes[0];
         if (slot.normal && lookup.sample(slot.normal, planes)) {
             Vec3 grad_u, grad_v;
@@ -193,29 +191,59 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
     }
 }
 
-void SurfaceTextures::run_emission(const Lanes& here, const RayPacket& view, const UvPacket& at,
-                                   const Doubles& width_m, std::size_t channels, const SampleTimes& time,
+bool SurfaceTextures::has_models() const {
+    return model_ || albedo_model_ ||
+           std::any_of(maps_.begin(), maps_.end(), [](const Map& map) { return map.model != nullptr; });
+}
+
+void SurfaceTextures::set_albedo_model(std::shared_ptr<const ProceduralTexture> texture, double mean) {
+    albedo_model_ = std::move(texture);
+    grey_ = grey_ && albedo_model_->grey();
+    mean_factor_ *= mean;
+}
+
+void SurfaceTextures::apply_models(const RayPacket& view, const HitPacket& hits, std::int32_t body,
+                                   const UvPacket& at, const Doubles& width_m, std::size_t channels,
+                                   const SampleTimes& time, const SurfacePacket& surface, Channels& factor,
+                                   ParameterPacket& varied) const {
+    Lanes here{};
+    for (int i = 0; i < packet_size; ++i)
+        here.on[i] = hits.body[i] == body ? -1 : 0;
+    const TexturePoints points = texture_points(here, at, surface, view.direction, width_m);
+    Channels values;
+    if (albedo_model_) {
+        albedo_model_->sample(points, channels, values);
+        for (std::size_t c = 0; c < channels; ++c)
+            for (int i = 0; i < packet_size; ++i)
+                if (here.on[i] != 0 && !std::isnan(values.v[c][i]))
+                    factor.v[c][i] *= std::max(0.0, values.v[c][i]);
+    }
+    for (const Map& map : maps_) {
+        if (!map.model) continue;
+        map.model->sample(points, 1, values);
+        for (int i = 0; i < packet_size; ++i)
+            if (here.on[i] != 0 && std::isfinite(values.v[0][i]))
+                varied.value[map.parameter][i] = map.at_zero + map.gain * values.v[0][i];
+    }
+    if (model_) model_->fill(points, at, time, varied);
+}
+
+void SurfaceTextures::run_emission(const TexturePoints& points, const RayPacket& view, const UvPacket& at,
+                                   std::size_t channels, const SampleTimes& time,
                                    const SurfacePacket& surface, Channels& factor) const {
     const models::MaterialProgram& law = model_emission_->law();
     ParameterPacket rows;
-    Vec3s longer_m{}, shorter_m{};
     Doubles cos_out;
     for (int i = 0; i < packet_size; ++i) {
         const double cosine = -dot(surface.normal.lane(i), view.direction.lane(i));
         cos_out[i] = cosine > 1e-9 ? cosine : 1e-9;
-        if (here.on[i] == 0) continue;
-        // As seen along the normal: see emission().
-        Vec3 longer, shorter;
-        footprint(-surface.facet_normal.lane(i), surface.facet_normal.lane(i), width_m[i], longer, shorter);
-        longer_m.set(i, longer);
-        shorter_m.set(i, shorter);
     }
     for (std::size_t k = law.first_emission_row(); k < law.first_read_row(); ++k) {
         const std::size_t c = k - law.first_emission_row();
         for (int i = 0; i < packet_size; ++i)
             rows.value[k][i] = own_emission_.empty() ? 0 : own_emission_[c] * factor.v[c][i];
     }
-    model_emission_->fill(here, at, surface, longer_m, shorter_m, time, rows);
+    model_emission_->fill(points, at, time, rows);
     std::array<const double*, max_rows> starts{};
     for (std::size_t k = 0; k < law.rows(); ++k)
         starts[k] = rows.value[k].v;
@@ -253,7 +281,21 @@ void SurfaceTextures::emission(const Shape& shape, const RayPacket& view, const 
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = band_value(emission_weights_, c, planes, emission_.texture->planes());
     }
-    if (model_emission_) run_emission(here, view, at, width_m, channels, time, surface, factor);
+    if (!emission_model_ && !model_emission_) return;
+    // As seen along the normal, as above.
+    Vec3s inwards;
+    for (int i = 0; i < packet_size; ++i)
+        inwards.set(i, -surface.facet_normal.lane(i));
+    const TexturePoints points = texture_points(here, at, surface, inwards, width_m);
+    if (emission_model_) {
+        Channels values;
+        emission_model_->sample(points, channels, values);
+        for (std::size_t c = 0; c < channels; ++c)
+            for (int i = 0; i < packet_size; ++i)
+                if (here.on[i] != 0 && !std::isnan(values.v[c][i]))
+                    factor.v[c][i] = std::max(0.0, values.v[c][i]);
+    }
+    if (model_emission_) run_emission(points, view, at, channels, time, surface, factor);
 }
 
 void uv_by_longitude(const SurfacePacket& surface, double left_turns, UvPacket& out) {

@@ -62,6 +62,7 @@ public:
         std::size_t parameter; ///< in the order of varying_parameters()
         PlacedTexture texture;
         double at_zero, gain;
+        std::shared_ptr<const ProceduralTexture> model{}; ///< in place of `texture`; null: none
     };
 
     /// `slots`: at least one, indexed by Shape::material_slot(). `latlon`: map by longitude and latitude even
@@ -78,6 +79,12 @@ public:
     [[nodiscard]] std::vector<std::string> notes() const;
     /// Sets the emission map.
     void set_emission(PlacedTexture texture);
+    /// Sets textures that users have written, whose mean is `mean`: a factor on the albedo of all slots.
+    void set_albedo_model(std::shared_ptr<const ProceduralTexture> texture, double mean);
+    /// As set_emission().
+    void set_emission_model(std::shared_ptr<const ProceduralTexture> texture) {
+        emission_model_ = std::move(texture);
+    }
     /// Sets what a law of a user's own reads at the points that are hit.
     void set_model(std::shared_ptr<const ModelSurface> model) { model_ = std::move(model); }
     /// Sets the emission of such a law; the emission map, if there is one, is its argument.
@@ -97,7 +104,9 @@ public:
         return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return bool{s.normal}; });
     }
     /// Whether an emission map varies the body's own light.
-    [[nodiscard]] bool varies_emission() const { return bool{emission_} || model_emission_; }
+    [[nodiscard]] bool varies_emission() const {
+        return bool{emission_} || emission_model_ || model_emission_;
+    }
     /// Mean factor over slots and texels, first band.
     [[nodiscard]] double mean_factor() const { return mean_factor_; }
     [[nodiscard]] std::size_t slots() const { return slots_.size(); }
@@ -125,9 +134,14 @@ public:
 
 private:
     /// Replaces `factor`, that of the emission map, by the radiance of emission().
-    void run_emission(const Lanes& here, const RayPacket& view, const UvPacket& at, const Doubles& width_m,
+    void run_emission(const TexturePoints& points, const RayPacket& view, const UvPacket& at,
                       std::size_t channels, const SampleTimes& time, const SurfacePacket& surface,
                       Channels& factor) const;
+    /// Sets `varied` and the factor of albedo models at the hits.
+    void apply_models(const RayPacket& view, const HitPacket& hits, std::int32_t body, const UvPacket& at,
+                      const Doubles& width_m, std::size_t channels, const SampleTimes& time,
+                      const SurfacePacket& surface, Channels& factor, ParameterPacket& varied) const;
+    [[nodiscard]] bool has_models() const;
     /// Calls `use(paged)` for the textures that are larger than memory.
     template<typename Use>
     void for_each_paged(const Use& use) const;
@@ -140,8 +154,9 @@ private:
     std::vector<std::vector<double>> weights_; ///< per slot: band x plane, for the albedo texture
     PlacedTexture emission_;                   ///< none: empty
     std::vector<std::string> notes_;
-    std::vector<double> emission_weights_;                       ///< band x plane
-    std::shared_ptr<const ModelSurface> model_, model_emission_; ///< null: none
+    std::vector<double> emission_weights_;                                   ///< band x plane
+    std::shared_ptr<const ModelSurface> model_, model_emission_;             ///< null: none
+    std::shared_ptr<const ProceduralTexture> albedo_model_, emission_model_; ///< null: none
     std::vector<double> own_emission_; ///< argument of emission() by band, without the map; empty: 0
     std::vector<Map> maps_;
     std::shared_ptr<const NestedAlbedo> nested_; ///< null: none

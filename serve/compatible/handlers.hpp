@@ -5,6 +5,9 @@
 #include "serve/compatible/client_state.hpp"
 #include "service/compatible/session.hpp"
 
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
@@ -36,6 +39,11 @@ using Handlers = std::map<std::string_view, Handler>;
 
 /// The file of a texture. Throws Failure.
 [[nodiscard]] std::string texture_file(Request& request, const std::string& name);
+/// The value of a key of a scene file that names a texture: its file, or the table of its model. Throws
+/// Failure.
+[[nodiscard]] nlohmann::json texture_key(Request& request, const std::string& name);
+/// The table of the texture in SuMoL of a file, with the argument `parameters`. Throws Failure.
+[[nodiscard]] nlohmann::json texture_of_file(Request& request, const std::filesystem::path& file);
 /// Throws Failure unless the argument `element_name` means all of the object.
 void require_whole(Request& request, const Object& object);
 /// The model that an argument names. Throws Failure.

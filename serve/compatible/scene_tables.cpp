@@ -122,6 +122,18 @@ json camera_table(ClientState& client_state) {
     return table;
 }
 
+/// Globals of models that the client has set.
+void add_globals(const ClientState& client_state, json& tree) {
+    const auto* const given = client_state.remembered.find("global variables");
+    const auto* const fields = given != nullptr ? given->as<service::compatible::Fields>() : nullptr;
+    if (fields == nullptr) return;
+    for (const auto& [name, value] : *fields) {
+        std::vector<double> numbers(1);
+        if (to_number(value, numbers[0]) || to_numbers(value, numbers))
+            tree["global"].push_back({{"name", name}, {"values", numbers}});
+    }
+}
+
 } // namespace
 
 json scene_tables(ClientState& client_state) {
@@ -150,6 +162,7 @@ json scene_tables(ClientState& client_state) {
         }
     }
     if (!client_state.background.file.empty()) tree["stars"]["irradiances"] = client_state.background.file;
+    add_globals(client_state, tree);
     client_state.own.sweep();
     return tree;
 }

@@ -2,6 +2,8 @@
 // Textures with a name, and which of them objects wear.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include <cstdint>
 #include <string>
 
@@ -13,8 +15,9 @@ struct Object;
 struct NamedTexture {
     std::int32_t width = 0, height = 0; ///< 0: a file
     bool gray = false;
-    std::string file{}; ///< what scene files name
-    bool own = false;   ///< it is of the session's folder
+    std::string file{};     ///< what scene files name
+    nlohmann::json model{}; ///< table of a texture in SuMoL, in place of a file; null: none
+    bool own = false;       ///< it is of the session's folder
     /// Sequence of pictures: name with a place for the number, the number of the file, and whether the first
     /// follows the last.
     std::string sequence{};
@@ -22,10 +25,15 @@ struct NamedTexture {
     bool loop = false;
 };
 
+/// Value of a key of a scene file that names the texture.
+[[nodiscard]] inline nlohmann::json key_of(const NamedTexture& texture) {
+    return texture.model.is_null() ? nlohmann::json(texture.file) : texture.model;
+}
+
 /// Units of an object's textures: diffuse, specular, emission, normal.
 constexpr int texture_units = 4;
 
 /// Gives the object the texture of a unit; false: its shape or material has none of that unit.
-bool wear(Object& object, int unit, const std::string& file);
+bool wear(Object& object, int unit, const nlohmann::json& file);
 
 } // namespace obscura::serve::compatible

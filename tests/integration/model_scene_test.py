@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures with materials in SuMoL against numpy and against what is built in: bands, time, texture coordinates,
 textures and emission. Usage: model_scene_test.py OBSCURA"""
+import json
+import math
 import pathlib
 import struct
 import subprocess
@@ -194,6 +196,93 @@ for emission, words in (("return vec4(1 / 0);", "emission() is not finite for 10
     scene("wrong.toml", 'material = { model = "wrong.brdf" }')
     done = run("check", "wrong.toml")
     check(f"said of emission: {words}", (done.stdout + done.stderr).count(words) == 1, done.stdout + done.stderr)
+
+
+# Textures in SuMoL.
+LOOK_UP = "vec4 lookup2D(texture tex, vec2 uv, scalar lod)"
+
+
+def texture(name, body, before="", function=LOOK_UP):
+    (folder / name).write_text(f"{before}\n{function}\n{{ {body} }}\n")
+
+
+texture("same.txr", "return lookupLOD(tex, uv, lod);")
+for image_name, bands in (("map.png", 1), ("planes.png", 3)):
+    scene("txr.toml", f'albedo = 1.0\nalbedo_texture = {{ model = "same.txr", tex = "{image_name}" }}', bands)
+    scene("image.toml", f'albedo = 1.0\nalbedo_texture = "{image_name}"', bands)
+    compare(f"a texture that passes {image_name}", render("txr.toml"), render("image.toml"))
+scene("txr.toml", 'albedo = 0.0\nemission_w_m2_sr = [1, 2, 3]\nemission_texture = { model = "same.txr", tex = "planes.png" }', 3)
+scene("image.toml", 'albedo = 0.0\nemission_w_m2_sr = [1, 2, 3]\nemission_texture = "planes.png"', 3)
+compare("a texture as emission map", render("txr.toml"), render("image.toml"))
+scene("txr.toml", 'material = "minnaert"\nalbedo = 0.5\nexponent_texture = { model = "same.txr", tex = "map.png" }\nexponent_texture_range = [0.4, 1.2]')
+scene("image.toml", 'material = "minnaert"\nalbedo = 0.5\nexponent_texture = "map.png"\nexponent_texture_range = [0.4, 1.2]')
+compare("a texture as parameter", render("txr.toml"), render("image.toml"))
+scene("txr.toml", 'material = { model = "planes.brdf", map = { model = "same.txr", tex = "planes.png" } }')
+compare("a texture in a law", render("txr.toml"), render("planes.toml"))
+texture("direction.txr", "vec3 d = normalize(los); vec2 uv = vec2(atan2(d.y, d.x) / (2 * M_PI) + 0.5, 0.5 - atan2(d.z, length(d.xy)) / M_PI);"
+        " return lookupLOD(tex, uv, lod);", "", "vec4 lookup3D(texture tex, vec3 los, scalar lod)")
+scene("txr.toml", 'albedo = 1.0\nalbedo_texture = { model = "direction.txr", tex = "map.png" }')
+given = render("txr.toml")
+# Footprints are long at the limb, where they are bent by the one and straight by the other.
+if isinstance(given, str):
+    check("a texture by direction", False, given)
+else:
+    difference = np.abs(given - mapped)[mapped > 0] / mapped[mapped > 0]
+    shares = np.percentile(difference, [80, 95, 100])
+    check("a texture by direction", np.all(shares < [1e-6, 2e-2, 0.3]), list(shares))
+texture("half.txr", "return los.z > 0 ? vec4(0.5) : vec4(M_NAN);", "", "vec4 lookup3D(texture tex, vec3 los, scalar lod)")
+scene("txr.toml", 'albedo = 1.0\nalbedo_texture = { model = "half.txr" }')
+given, plain = render("txr.toml"), render("plain.toml")
+if isinstance(given, str):
+    check("no data leaves the body's own value", False, given)
+else:
+    ratio = given[plain > 0] / plain[plain > 0]
+    check("no data leaves the body's own value", np.mean(np.isclose(ratio, 0.5) | np.isclose(ratio, 1)) > 0.9 and np.isclose(ratio, 1).any()
+          and np.isclose(ratio, 0.5).any(), ratio)
+scene("txr.toml", 'albedo = 1.0\nalbedo_texture = { model = "checker", across = 32, light = 0.9 }')
+check("bytes with a texture do not depend on threads", len({(run("render", "txr.toml", "-o", f"t{n}.fits", "--threads", str(n)),
+                                                           (folder / f"t{n}.fits").read_bytes())[1] for n in (1, 2, 7)}) == 1)
+
+
+def evaluated(model, u, v, *settings):
+    words = [word for setting in settings for word in ("--set", setting)]
+    done = run("model", "eval", model, "--at", f"u={u}", "--at", f"v={v}", *words, "--json")
+    return json.loads(done.stdout)["channels"][0] if done.returncode == 0 else done.stderr
+
+
+points = rng.random((20, 2))
+given = [evaluated("checker", u, v, "across=5", "down=3") for u, v in points]
+check("checker is what numpy makes of its formula", given == [0.2 if (math.floor(u * 5) + math.floor(v * 3)) % 2 else 0.8 for u, v in points], given)
+given = [evaluated("region", u, v, "west_deg=-100", "east_deg=60", "south_deg=-10", "north_deg=70") for u, v in points]
+inside = [-100 <= 360 * u - 180 <= 60 and -10 <= 90 - 180 * v <= 70 for u, v in points]
+check("region has data within its edges", given == [0.5 if there else None for there in inside], given)
+for body, words in (("return vec4(1 / 0);", "is not finite for 100.0 % of the texture"), ("return vec4(M_NAN);", "gives no data anywhere"),
+                    ("return vec4(uv.x - 0.25);", "negative for 25.0 %, most at uv 0.000"), ("return vec4(2 * uv.x);", "up to 2, at uv"),
+                    ("return lookupLOD(tex, uv, lod);", "the image of the texture is missing")):
+    texture("odd.txr", body)
+    scene("odd.toml", 'albedo = 1.0\nalbedo_texture = { model = "odd.txr" }')
+    done = run("check", "odd.toml")
+    check(f"said of a texture: {words}", (done.stdout + done.stderr).count(words) == 1, done.stdout + done.stderr)
+for keys, words in (('model = "same.txr", text = "map.png"', "did you mean \"tex\"?"), ('model = "same.txr", tex = "gone.png"', "gone.png: no such file"),
+                    ('model = "map.brdf"', "a texture needs one that ends in .txr"), ('model = "same.txr", tex = 3', "allowed")):
+    scene("odd.toml", f"albedo = 1.0\nalbedo_texture = {{ {keys} }}")
+    said = render("odd.toml")
+    check(f"refused of a texture: {words}", isinstance(said, str) and words in said, said)
+
+# Globals.
+law("global.brdf", "return level * diffuse * max(0, (i|n)) * M_1_PI;", "global level vec4(0.5);")
+texture("global.txr", "return level;", "global level vec4(0.25);")
+own = 'material = { model = "global.brdf" }\nalbedo_texture = { model = "global.txr" }'
+scene("own.toml", own, 6)
+compare("a global has the default of each model", render("own.toml"), 0.125 * white, 3e-7)
+scene("set.toml", own + '\n[[global]]\nname = "level"\nvalues = [0.1, 0.2, 0.3, 0.4]', 6)
+compare("a global is shared by its name", render("set.toml"), np.reshape([0.1, 0.2, 0.3, 0.4, 0.1, 0.2], (6, 1, 1)) ** 2 * white, 3e-7)
+scene("wrong.toml", own + '\n[[global]]\nname = "level"\nvalues = [0.1, 0.2]', 6)
+said = render("wrong.toml")
+check("a global of the wrong size is refused", isinstance(said, str) and 'global "level": 2 numbers: ' in said, said)
+scene("unknown.toml", own + '\n[[global]]\nname = "leven"\nvalues = [0.1]', 6)
+done = run("check", "unknown.toml")
+check("an unknown global is said once", (done.stdout + done.stderr).count('global "leven"') == 1, done.stdout + done.stderr)
 
 temporary.cleanup()
 sys.exit(1 if failures else 0)

@@ -11,6 +11,7 @@
 #include "tools/model/material_tools.hpp"
 #include "tools/model/motion_tools.hpp"
 #include "tools/model/psf_tools.hpp"
+#include "tools/model/texture_tools.hpp"
 
 #include <fmt/format.h>
 
@@ -24,7 +25,8 @@ ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
 }
 
 const std::vector<const KindTools*>& kind_tools() {
-    static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(), &psf_tools()};
+    static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(), &texture_tools(),
+                                                     &psf_tools()};
     return tools;
 }
 

@@ -6,6 +6,7 @@
 #include "core/text/printable.hpp"
 #include "models/model/model.hpp"
 #include "renderer/materials/model_material.hpp"
+#include "renderer/scene/model_texture.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/objects.hpp"
 #include "serve/compatible/parameters.hpp"
@@ -34,7 +35,7 @@ json key_value(Request& r, const models::Parameter& p, const Value& value) {
     if (p.type == models::Type::texture) {
         const auto* const file = value.as<std::string>();
         if (file == nullptr) refuse("the name of a texture");
-        return texture_file(r, *file);
+        return texture_key(r, *file);
     }
     std::vector<double> numbers(1);
     if (!to_number(value, numbers[0]) && !to_numbers(value, numbers))
@@ -65,6 +66,9 @@ json law_of_file(Request& r, const std::filesystem::path& file, Parameters& para
                                   "a scattering law in SuMoL");
     }
 }
+
+/// The argument of a texture's functions that is an image, beside its parameters.
+constexpr std::string_view own_image = scene::ModelTexture::own_image;
 
 json reflection_of(Request& r, const std::string& name, Parameters& parameters) {
     const auto albedo = [&](double otherwise) { return parameters.channels_of("albedo", otherwise, 1); };
@@ -124,6 +128,31 @@ Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
 }
 
 } // namespace
+
+json texture_of_file(Request& r, const std::filesystem::path& file) {
+    Parameters parameters(r);
+    try {
+        const auto loaded = scene::load_model(file.string(), "texture");
+        json table{{"model", file.string()}};
+        const auto& known = loaded->model->parameters();
+        for (std::size_t i = 0; i < known.size(); ++i)
+            if (const Value* const value = parameters.value(known[i].name);
+                value != nullptr && !known[i].global)
+                table[loaded->keys[i]] = key_value(r, known[i], *value);
+        if (const Value* const image = parameters.value(own_image);
+            image != nullptr && !table.contains(own_image)) {
+            const auto* const name = image->as<std::string>();
+            if (name == nullptr)
+                throw r.arguments.refused("parameters", std::string(own_image), "the name of a texture");
+            table[std::string(own_image)] = texture_key(r, *name);
+        }
+        parameters.check_rest();
+        return table;
+    } catch (const Error& error) {
+        throw r.arguments.refused("filename", r.client_state.files.without_folders(error.what()),
+                                  "a texture in SuMoL");
+    }
+}
 
 void add_model_calls(Handlers& handlers) {
     handlers["createBRDF"] = [](Request& r) {

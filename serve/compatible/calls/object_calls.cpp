@@ -45,14 +45,14 @@ void add_textures(Request& r, Object& body) {
     if (!names[1].empty()) r.reply.warn("createBody: textures: a specular texture has no effect");
     for (const auto& [index, key] : {std::pair{0, "albedo_texture"}, std::pair{3, "normal_texture"}})
         if (const std::string& name = names[static_cast<std::size_t>(index)]; !name.empty())
-            keys[key] = texture_file(r, name);
+            keys[key] = texture_key(r, name);
     // A material that shines has its picture in the light that it sends out.
     if (keys.contains("emission_w_m2_sr")) {
         if (keys.contains("albedo_texture")) keys["emission_texture"] = keys["albedo_texture"];
         keys.erase("albedo_texture");
     }
     if (names[2].empty()) return;
-    keys["emission_texture"] = texture_file(r, names[2]);
+    keys["emission_texture"] = texture_key(r, names[2]);
     if (!keys.contains("emission_w_m2_sr")) keys["emission_w_m2_sr"] = {1.0, 1.0, 1.0, 1.0};
 }
 
@@ -190,6 +190,12 @@ std::string texture_file(Request& r, const std::string& name) {
     if (!is_program_texture(name)) return r.client_state.files.existing(name).string();
     r.reply.warn(fmt::format("{}: \"{}\" is not public and not here: white instead", r.command.name, name));
     return {};
+}
+
+nlohmann::json texture_key(Request& r, const std::string& name) {
+    const auto named = r.client_state.textures.find(name);
+    return named != r.client_state.textures.end() ? key_of(named->second)
+                                                  : nlohmann::json(texture_file(r, name));
 }
 
 void add_object_calls(Handlers& handlers) {

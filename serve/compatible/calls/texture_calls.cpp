@@ -165,7 +165,7 @@ void attach(Request& r) {
         throw r.arguments.refused("object_name", "is no body", "a body or a mesh");
     require_whole(r, object);
     const auto unit = static_cast<int>(r.arguments.integer("texture_unit_id", 0, texture_units - 1));
-    if (!wear(object, unit, texture.file)) {
+    if (!wear(object, unit, key_of(texture))) {
         r.reply.warn(fmt::format("{}: a texture of that unit has no effect on this object", r.command.name));
         return;
     }
@@ -174,7 +174,7 @@ void attach(Request& r) {
 
 } // namespace
 
-bool wear(Object& object, int unit, const std::string& file) {
+bool wear(Object& object, int unit, const nlohmann::json& file) {
     const std::string shape = object.keys.value("shape", "");
     const bool relief = shape == "planet" || shape == "terrain";
     switch (unit) {
@@ -209,10 +209,11 @@ void add_texture_calls(Handlers& handlers) {
     handlers["createVideoTexture"] = create_video;
     handlers["loadTextureObject"] = [](Request& r) {
         const std::string& file = r.arguments.text("filename");
-        if (file.ends_with(".txr"))
-            throw r.arguments.refused("filename", "model files are not read", "an image");
         NamedTexture texture;
-        texture.file = texture_file(r, file);
+        if (file.ends_with(".txr"))
+            texture.model = texture_of_file(r, r.client_state.files.existing(file));
+        else
+            texture.file = texture_file(r, file);
         put(r.client_state.textures, r.arguments, "name", texture);
     };
 }

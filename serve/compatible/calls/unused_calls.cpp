@@ -87,7 +87,18 @@ void add_unused_calls(Handlers& handlers) {
         const auto* const given = r.arguments.value("names_and_values").as<service::compatible::Fields>();
         if (given == nullptr)
             throw r.arguments.refused("names_and_values", "is no map", "a map of names and values");
-        r.client_state.remembered.set("global variables", *given);
+        // Those that were set before stay.
+        service::compatible::Fields all = *given;
+        if (const auto* const before = r.client_state.remembered.find("global variables"))
+            for (const auto& [name, value] : *before->as<service::compatible::Fields>())
+                if (std::none_of(given->begin(), given->end(), [&](const auto& g) { return g.name == name; }))
+                    all.push_back({name, value});
+        for (const auto& [name, value] : *given) {
+            std::vector<double> numbers(1);
+            if (!to_number(value, numbers[0]) && !to_numbers(value, numbers))
+                throw r.arguments.refused("names_and_values", name, "a number, or one for each component");
+        }
+        r.client_state.remembered.set("global variables", all);
     };
     handlers["getGlobalVariables"] =
         tells("global variables", "names_and_values", service::compatible::Fields{});

@@ -94,7 +94,8 @@ TEST_CASE("every shape and material is documented with unit, range, help and def
     }
     CHECK(headings == std::set<std::string>{"", "[sun]", "[stars]", "[camera]", "[[body]]", "[[body.height]]",
                                             "[[body.albedo]]", "[body.detail]", "[[lamp]]", "[[band]]",
-                                            "[[stray_light]]", "[[landmark]]", "[[sky_object]]"});
+                                            "[[stray_light]]", "[[landmark]]", "[[global]]",
+                                            "[[sky_object]]"});
     const auto check_kind = [&](const std::string& variant, const scene::ParameterList& parameters) {
         INFO(variant);
         const config::DocumentedTable* table = table_of(tables, variant);

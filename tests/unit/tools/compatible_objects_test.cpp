@@ -188,6 +188,45 @@ TEST_CASE("a scattering law in SuMoL is used as it is, with its parameters", "[s
     CHECK_THAT(more.lines[0], ContainsSubstring("\"shine\" has no effect"));
 }
 
+TEST_CASE("a texture in SuMoL is used where an image is, and its globals are set", "[serve]") {
+    const auto picture = [](const Fields& globals) {
+        Client client;
+        std::ofstream(client.folder.path() / "own.txr")
+            << "parameter share 1;\nglobal gain 0.5;\n"
+               "vec4 lookup2D(texture tex, vec2 uv, scalar lod) { return vec4(share * gain); }\n";
+        client.sun(6.957e8, {0, 0, au_m}, pi * au_m * au_m);
+        client.call("createBRDF",
+                    {{"name", "law"}, {"filename", "mate.brdf"}, {"parameters", Fields{{"albedo", 1}}}});
+        client.call("createShape",
+                    {{"name", "ball"}, {"filename", "sphere.shp"}, {"parameters", Fields{{"radius", 1e3}}}});
+        client.call("loadTextureObject",
+                    {{"name", "t"}, {"filename", "own.txr"}, {"parameters", Fields{{"share", 0.5}}}});
+        client.call("createBody", {{"body_name", "b"},
+                                   {"shape_name", "ball"},
+                                   {"brdf_name", "law"},
+                                   {"textures", List{std::string("t")}}});
+        client.place("b", {0, 0, -1e5});
+        client.size(64, 64);
+        client.fov_deg(2, 2);
+        if (!globals.empty()) client.call("setGlobalVariables", {{"names_and_values", globals}});
+        client.call("render");
+        return client.numbers("getImageGray32F");
+    };
+    const std::vector<float> own = picture({}), set = picture(Fields{{"gain", 1.0}, {"other", 3}});
+    const std::size_t middle = 32 * 64 + 32;
+    REQUIRE(own.size() == set.size());
+    CHECK(own[middle] > 0);
+    for (std::size_t i = 0; i < own.size(); ++i)
+        CHECK(std::abs(set[i] - 2 * own[i]) <= 1e-6F * set[middle]);
+    Client client;
+    std::ofstream(client.folder.path() / "bad.txr")
+        << "vec4 lookup2D(texture tex, vec2 uv, scalar lod) { return x; }";
+    client.refuse("loadTextureObject", {{"name", "t"}, {"filename", "bad.txr"}, {"parameters", Fields{}}},
+                  "'x' is not declared");
+    client.refuse("setGlobalVariables", {{"names_and_values", Fields{{"gain", std::string("much")}}}},
+                  "gain");
+}
+
 TEST_CASE("a mesh is scaled, and takes a BRDF as a whole", "[serve]") {
     Client client;
     std::ofstream(client.folder.path() / "plate.obj")
