@@ -78,6 +78,23 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
           picture.truth["bodies"][0]["name"] == "ball", picture.truth)
     check("arrays are views of what was received", picture.values.base is not None and not picture.values.flags.owndata)
 
+    # A global of a texture in SuMoL changes from one frame to the next.
+    (root / "gain.txr").write_text("global gain 1;\nvec4 lookup2D(texture tex, vec2 uv, scalar lod) { return vec4(gain); }\n")
+    camera.set("body", "ball", albedo_texture={"model": "gain.txr"})
+    whole = camera.render(samples=16)
+    check("a texture of 1 changes nothing", numpy.array_equal(whole.values, picture.values))
+    camera.add("global", name="gain", values=[0.5])
+    half = camera.render(samples=16)
+    camera.set("global", "gain", values=[0.25])
+    quarter = camera.render(samples=16)
+    check("a global of 0.5 halves the light", numpy.allclose(half.values, whole.values * 0.5, rtol=1e-6, atol=0))
+    check("a global that is set again holds from the next frame on", numpy.allclose(quarter.values, whole.values * 0.25, rtol=1e-6, atol=0)
+          and numpy.allclose(half.values, whole.values * 0.5, rtol=1e-6, atol=0))
+    check_refused("a global of the wrong size", "bad-scene", 'global "gain": 2 numbers', lambda: (
+        camera.set("global", "gain", values=[1, 2]), camera.render(samples=16)))
+    camera.remove("global", "gain")
+    camera.set("body", "ball", albedo_texture=None)
+
     # 640 x 480 pixels, 40 x 30 degrees, a ball at 15 and 10 degrees: axes of their own focal lengths.
     tan = {angle: math.tan(math.radians(angle)) for angle in (10, 15, 20)}
     camera.load(scene=lit_ball(width=640, height=480, focal_length_mm=10, pixel_pitch_um=2 * 1e4 * tan[20] / 640,
