@@ -123,6 +123,7 @@ void TextureProgram::find_size(const TextureParameters& parameters) {
     TextureSurroundings surroundings(*model_, parameters, graph);
     const Value value =
         lowered(*model_, *function, parameters, first_read_row, graph, {}, surroundings.with({-1, -1, -1}));
+    if (!surroundings.reads().empty()) refuse(*model_, function->at, "textureSize() must not read an image");
     const BoundProgram program =
         bound_program(*model_, function->at, graph, std::span(value.nodes).first(2),
                       texture_uniforms(*model_, parameters), first_read_row, NativeTarget::none);

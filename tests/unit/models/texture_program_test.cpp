@@ -149,6 +149,15 @@ TEST_CASE("machine code of a texture gives the bits of the interpreter", "[model
     }
 }
 
+TEST_CASE("the size of a texture does not depend on texels", "[models]") {
+    const auto model =
+        Model::parse("t.txr", "parameter texture a;\n"
+                              "vec2 textureSize() { return lookupLOD(a, vec2(0), 0).xy; }\n"
+                              "vec4 lookup2D(texture tex, vec2 uv, scalar lod) { return vec4(1); }");
+    CHECK_THROWS_WITH(TextureProgram(model, with_images(*model, 1)),
+                      "t.txr:2:6: textureSize() must not read an image");
+}
+
 TEST_CASE("textures that cannot be used are refused", "[models]") {
     CHECK(refused("scalar f(scalar x) { return x; }").find("a function is missing, one of vec4 lookup2D(") !=
           std::string::npos);
