@@ -102,8 +102,9 @@ Value lowered(const Model& model, const Function& function, const ModelParameter
               const Surroundings& surroundings) {
     arguments.resize(function.arguments.size());
     Findings findings;
-    Lowering lowering(model.tree(), graph, findings,
-                      parameter_nodes(model, parameters, first_varied, graph, surroundings), surroundings);
+    std::vector<NamedValue> names = parameter_nodes(model, parameters, first_varied, graph, surroundings);
+    names.insert(names.end(), surroundings.constants.begin(), surroundings.constants.end());
+    Lowering lowering(model.tree(), graph, findings, std::move(names), surroundings);
     const auto result = lowering.result_of_call(function, std::move(arguments));
     if (findings.has_errors() || !result) throw ConfigError(findings.text(model.name(), true));
     return *result;

@@ -31,6 +31,8 @@ struct NamedValue {
 
 /// What the surroundings of a model know beyond its text. Empty functions know nothing.
 struct Surroundings {
+    /// Names that the renderer gives, beside the parameters.
+    std::vector<NamedValue> constants{};
     /// Dot product of two vectors that has a node already, such as that of a direction and the normal.
     std::function<std::optional<NodeId>(const Value& a, const Value& b)> dot{};
     /// Whether a vector is of unit length.

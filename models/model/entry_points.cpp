@@ -100,6 +100,11 @@ EntryPoint compute_3d_lod() {
             "Level of detail of lookup3D() for a sample of that width, m"};
 }
 
+EntryPoint projection_entry(std::string_view name, Type type, EntryArgument argument, bool one_of,
+                            std::string_view help) {
+    return {name, type, {argument}, {1}, false, help, one_of};
+}
+
 std::string signature(const EntryPoint& entry) {
     std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
     for (std::size_t i = 0; i < entry.arguments.size(); ++i) {
@@ -147,6 +152,21 @@ const std::vector<ModelKind>& model_kinds() {
          {{"lookupLOD", {Type::texture, Type::vec2, Type::scalar}, Type::vec4},
           {"size", {Type::texture}, Type::vec2}}},
         {"psf", "PSF model", ".psf", "Point spread function of the optics.", {density()}, {}},
+        {"projection",
+         "projection model",
+         ".prj",
+         "Projection of a lens with its distortion.",
+         {projection_entry("point", Type::vec2, {Type::vec3, "d"}, true,
+                           "Point of the focal plane that a direction falls on, m, right and down from the "
+                           "optical axis; d: unit vector in the camera frame, x right, y down, z boresight; "
+                           "vec2(M_NAN): not seen"),
+          projection_entry(
+              "ray", Type::vec3, {Type::vec2, "p"}, true,
+              "Direction, of any length, that a point of the focal plane sees; vec3(M_NAN): none"),
+          projection_entry("transmission", Type::scalar, {Type::vec3, "d"}, false,
+                           "Fraction of the light from a direction that reaches the focal plane")},
+         {},
+         {{Type::scalar, "focal_length"}}},
     };
     return kinds;
 }
@@ -186,6 +206,11 @@ void check_entry_points(const Model& model, Findings& findings) {
         if (entry.one_of) one_of.push_back(signature(entry));
     if (!one_of.empty() && !has_one_of() && !findings.has_errors())
         findings.error({}, fmt::format("a function is missing, one of {}", fmt::join(one_of, ", ")));
+    for (const EntryArgument& constant : kind->constants)
+        for (const Parameter& p : model.parameters())
+            if (p.name == constant.name)
+                findings.error(p.at, fmt::format("'{}' is given by the renderer: leave the {} out", p.name,
+                                                 p.global ? "global" : "parameter"));
     for (const EntryPoint& entry : kind->entry_points) {
         const Function* const f = model.function(entry.name);
         if (f == nullptr) {

@@ -48,7 +48,8 @@ struct ModelKind {
     std::string_view ending; ///< of files: ".brdf"
     std::string_view help;
     std::vector<EntryPoint> entry_points;
-    std::vector<LookUpFunction> look_ups;
+    std::vector<LookUpFunction> look_ups{};
+    std::vector<EntryArgument> constants{}; ///< names that the renderer gives, as "focal_length"
 };
 
 [[nodiscard]] const std::vector<ModelKind>& model_kinds();

@@ -151,6 +151,9 @@ void Model::check_functions(Findings& findings) const {
         };
         for (const Parameter& p : parameters_)
             names.push_back({p.name, placed(p.type)});
+        if (const ModelKind* const kind = kind_of(*this))
+            for (const EntryArgument& constant : kind->constants)
+                names.push_back({constant.name, placed(constant.type)});
         Surroundings surroundings;
         surroundings.look_up = [&](std::string_view name, const std::vector<Value>& arguments,
                                    std::string& why) {

@@ -59,6 +59,7 @@ public:
     /// Operations for each lane.
     [[nodiscard]] std::size_t cost() const noexcept { return instructions_.size(); }
     [[nodiscard]] const std::vector<Instruction>& instructions() const noexcept { return instructions_; }
+    [[nodiscard]] std::size_t outputs() const noexcept { return outputs_.size(); }
     [[nodiscard]] std::int32_t slots() const noexcept { return slots_; }
 
 private:
