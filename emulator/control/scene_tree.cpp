@@ -56,7 +56,8 @@ std::vector<double> trajectory_times(const scene::Scene& scene) {
     return first;
 }
 
-/// Angle under which the sensor sees `pixels` of that pitch, without distortion.
+/// Angle under which the sensor sees `pixels` of that pitch, without distortion; of a model as if a
+/// pinhole's.
 double field_of_view_deg(const scene::Camera& camera, double pixels, double pitch_m) {
     using P = scene::Projection;
     const double half = pixels * pitch_m / 2 / camera.focal_length_m;
@@ -71,6 +72,7 @@ double field_of_view_deg(const scene::Camera& camera, double pixels, double pitc
         case P::orthographic:
             return std::asin(std::min(half, 1.0));
         case P::pinhole:
+        case P::model:
             break;
         }
         return std::atan(half);

@@ -2,7 +2,6 @@
 #include "renderer/camera/lens.hpp"
 
 #include "core/error.hpp"
-#include "renderer/camera/pinhole.hpp"
 #include "renderer/packets/vector_math.hpp"
 
 #include <fmt/format.h>
@@ -15,8 +14,6 @@ namespace obscura::renderer {
 namespace {
 
 using std::numbers::pi;
-/// Margin beyond the sensor within which directions are projected, for bodies and stars that reach in.
-constexpr double min_margin_px = 32;
 
 } // namespace
 
@@ -33,6 +30,7 @@ Lens::Lens(const scene::Camera& camera)
       sine_(std::sin(camera.sensor_rotation_rad)),
       pupil_cosine_(camera.pupil_cosine) {
     switch (projection_) {
+    case scene::Projection::model: // not a lens
     case scene::Projection::pinhole:
         max_angle_rad_ = pi / 2 - 1e-6;
         break;
@@ -81,13 +79,12 @@ Lens::Lens(const scene::Camera& camera)
         pixel_angle_rad_ = std::max(pixel_angle_rad_, std::sqrt(2 * std::max(scale_x_, scale_y_)));
     // Add a margin for what lies between the points of the grid.
     pixel_angle_rad_ = (pixel_angle_rad_ > 0 ? pixel_angle_rad_ : std::max(scale_x_, scale_y_)) * 1.2;
-    // The wings are an ellipse in rectangular pixels.
-    const double wings_px = camera.psf.wings_px * std::max(1.0, 1 / camera.pixel_aspect());
-    limit_rad_ = std::min(max_angle_rad_, field_angle_rad(std::max(min_margin_px, wings_px + 1)) + 1e-9);
+    limit_rad_ = std::min(max_angle_rad_, field_angle_rad(projected_margin_px(camera)) + 1e-9);
 }
 
 double Lens::radius(double t) const {
     switch (projection_) {
+    case scene::Projection::model:
     case scene::Projection::pinhole:
         return std::tan(t);
     case scene::Projection::equidistant:
@@ -104,6 +101,7 @@ double Lens::radius(double t) const {
 
 double Lens::angle(double r) const {
     switch (projection_) {
+    case scene::Projection::model:
     case scene::Projection::pinhole:
         return std::atan(r);
     case scene::Projection::equidistant:
@@ -126,6 +124,7 @@ PlanePoint Lens::on_plane(double x, double y) const {
 
 double Lens::solid_angle_per_area(double t) const {
     switch (projection_) {
+    case scene::Projection::model:
     case scene::Projection::pinhole:
         return std::cos(t) * std::cos(t) * std::cos(t);
     case scene::Projection::equidistant:
@@ -194,14 +193,11 @@ double Lens::transmission(Vec3 direction) const {
 double Lens::local_pixel_angle_rad(Vec3 direction) const {
     const double finer = std::min(scale_x_, scale_y_);
     const double h = std::min(1e-4, finer);
-    const Vec3 d = normalized(direction);
-    Vec3 a;
-    Vec3 b;
-    orthonormal_basis(d, a, b);
-    const auto at = project(d);
+    const std::array<Vec3, 5> around = directions_around(normalized(direction), h);
+    const auto at = project(around[0]);
     double most = 0; // pixels per radian
-    for (const Vec3 side : {a, b, (a + b) / std::numbers::sqrt2, (a - b) / std::numbers::sqrt2}) {
-        const auto p = project(d + h * side);
+    for (std::size_t i = 1; i < around.size(); ++i) {
+        const auto p = project(around[i]);
         if (at && p)
             most = std::max(most,
                             std::sqrt((p->x - at->x) * (p->x - at->x) + (p->y - at->y) * (p->y - at->y)) / h);
@@ -237,17 +233,6 @@ double Lens::field_angle_rad(double margin) const {
     }
     const double between = pixel_angle_rad_ * (std::max(width_, height_) + 2 * m) / steps / 8;
     return std::min(most + between, pi);
-}
-
-std::unique_ptr<Projection> make_projection(const scene::Camera& camera) {
-    const bool plain = camera.projection == scene::Projection::pinhole &&
-                       camera.distortion.model == scene::Distortion::Model::none &&
-                       camera.distortion.coefficients.empty() && camera.distortion.ideal_mm.empty() &&
-                       camera.distortion.real_mm.empty() && camera.principal_offset_px[0] == 0 &&
-                       camera.principal_offset_px[1] == 0 && camera.sensor_rotation_rad == 0 &&
-                       !camera.pupil_cosine;
-    if (plain) return std::make_unique<Pinhole>(camera);
-    return std::make_unique<Lens>(camera);
 }
 
 } // namespace obscura::renderer

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <numbers>
 #include <string>
 
@@ -28,6 +29,11 @@ images::Cards lens_cards(const scene::Camera& camera) {
         {"DISTMODL", std::string(name_of(d.model)), "model of the lens distortion"},
         {"DISTN", static_cast<std::int64_t>(count), "coefficients of it, or rows of its table"},
     };
+    if (camera.projection == scene::Projection::model && camera.own_projection.loaded != nullptr)
+        cards.push_back(
+            {"PRJMODEL",
+             std::filesystem::path(camera.own_projection.loaded->model->name()).filename().string(),
+             "file of the projection's model"});
     for (std::size_t i = 0; i < count; ++i) {
         if (table) {
             cards.push_back(

@@ -5,6 +5,7 @@
 #include "renderer/packets/packet.hpp"
 #include "renderer/scene/scene.hpp"
 
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -40,5 +41,11 @@ public:
 
 /// Makes the projection of a camera. Throws ConfigError if the lens is invalid.
 [[nodiscard]] std::unique_ptr<Projection> make_projection(const scene::Camera& camera);
+
+/// Margin beyond the sensor within which directions are projected.
+[[nodiscard]] double projected_margin_px(const scene::Camera& camera);
+
+/// A unit vector and four about it, `step` rad away across each other and between.
+[[nodiscard]] std::array<Vec3, 5> directions_around(Vec3 unit, double step);
 
 } // namespace obscura::renderer

@@ -293,12 +293,15 @@ enum class Projection : std::uint8_t {
     equisolid,     ///< 2 sin(t/2)
     stereographic, ///< 2 tan(t/2)
     orthographic,  ///< sin t
+    model,         ///< Camera::own_projection, with its distortion
 };
 constexpr auto enum_names(Projection /*type*/) {
-    return std::array{
-        EnumName{Projection::pinhole, "pinhole"}, EnumName{Projection::equidistant, "equidistant"},
-        EnumName{Projection::equisolid, "equisolid"}, EnumName{Projection::stereographic, "stereographic"},
-        EnumName{Projection::orthographic, "orthographic"}};
+    return std::array{EnumName{Projection::pinhole, "pinhole"},
+                      EnumName{Projection::equidistant, "equidistant"},
+                      EnumName{Projection::equisolid, "equisolid"},
+                      EnumName{Projection::stereographic, "stereographic"},
+                      EnumName{Projection::orthographic, "orthographic"},
+                      EnumName{Projection::model, "model"}};
 }
 
 /// Lens distortion: deviation of the real image points from the ideal projection. Lengths are over the focal
@@ -383,6 +386,7 @@ struct Camera {
     /// Inertial velocity for Scene::aberration; zero: that of `motion`.
     Vec3 velocity_m_s{};
     Projection projection = Projection::pinhole;
+    ModelValues own_projection{}; ///< a model of kind projection
     Distortion distortion{};
     /// Principal point from the centre of the sensor: right, down.
     std::array<double, 2> principal_offset_px{0, 0};

@@ -117,8 +117,10 @@ config::Keys keys_of(Camera& s) {
             .help(
                 "Radius of the wings of the point spread function, beyond psf_core_px; 0: no wings, all light is in the core"),
         config::key("projection", &s.projection)
+            .or_table()
             .help(
-                "Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, 2 f tan t/2, f sin t"),
+                "Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, 2 f tan t/2, f sin t; "
+                "or a SuMoL model of your own: { model = \"FILE.prj\", PARAMETER = VALUE }"),
         config::key("distortion", &s.distortion.model)
             .help("Model of the lens distortion; each has coefficients of its own or a table"),
         config::key("distortion_coefficients", &s.distortion.coefficients)

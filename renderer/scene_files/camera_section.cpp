@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 namespace obscura::scene {
@@ -43,6 +44,22 @@ void read_psf(PointSpread& psf, const config::ReadTable& table) {
     }
 }
 
+/// Reads `projection = { model = "FILE.prj", PARAMETER = VALUE }`.
+void read_projection(Camera& camera, const config::ReadTable& table) {
+    if (auto own = read_model(table, "projection", "projection")) {
+        camera.projection = Projection::model;
+        camera.own_projection = *std::move(own);
+    } else if (camera.projection == Projection::model) {
+        table.refuse("projection",
+                     "a projection of your own has a table: write projection = { model = \"FILE.prj\" }");
+    }
+    if (camera.projection != Projection::model) return;
+    for (const std::string_view key :
+         {"distortion", "distortion_coefficients", "distortion_ideal_mm", "distortion_real_mm"})
+        if (table.has(key))
+            table.refuse(key, "a projection of your own has its own distortion: leave the key out");
+}
+
 } // namespace
 
 config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>& kernels) {
@@ -64,6 +81,7 @@ config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>
             table.refuse_table("the key \"psf_file\" is missing");
         read_psf(camera.psf, table);
         read_vibration(camera, read->vibration, table);
+        read_projection(camera, table);
         if (const std::string why = explain_invalid_row_pitch(camera.pixel_pitch_m, camera.pixel_pitch_y_m);
             !why.empty())
             table.refuse("pixel_pitch_y_um", why);

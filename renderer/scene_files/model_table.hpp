@@ -14,8 +14,8 @@
 namespace obscura::scene {
 
 /// The tables, by dotted path. All their strings name files.
-inline constexpr std::array<std::string_view, 3> model_table_paths{"body.material", "camera.psf",
-                                                                   "camera.vibration"};
+inline constexpr std::array<std::string_view, 4> model_table_paths{"body.material", "camera.psf",
+                                                                   "camera.vibration", "camera.projection"};
 
 /// Reads the table `key = { model = "FILE", PARAMETER = VALUE }` within `table` as a model of the kind called
 /// `kind`; nothing where the key is no table, or after mistakes.

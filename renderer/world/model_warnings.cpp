@@ -2,6 +2,7 @@
 #include "renderer/world/model_warnings.hpp"
 
 #include "core/units.hpp"
+#include "renderer/camera/model_projection.hpp"
 #include "renderer/camera/model_psf.hpp"
 #include "renderer/materials/model_material.hpp"
 
@@ -54,6 +55,8 @@ std::vector<std::string> model_warnings(const scene::Scene& scene) {
             lines.push_back(fmt::format(
                 "global \"{}\": no material or texture of the scene has it, so that it has no effect",
                 global.name));
+    for (std::string& line : model_projection_warnings(scene.camera))
+        lines.push_back(std::move(line));
     return lines;
 }
 

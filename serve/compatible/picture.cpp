@@ -58,6 +58,8 @@ double PictureLens::radius(double angle_rad) const {
         return 2 * std::tan(angle_rad / 2);
     case Projection::orthographic:
         return std::sin(angle_rad);
+    case Projection::model: // not loaded by this protocol
+        break;
     }
     return 0;
 }
@@ -91,6 +93,8 @@ Vec3 PictureLens::direction(double x, double y) const {
     case Projection::orthographic:
         angle_rad = r <= 1 ? std::asin(r) : 4;
         break;
+    case Projection::model:
+        return {};
     }
     if (angle_rad > max_angle_rad()) return {};
     const double across = r > 0 ? std::sin(angle_rad) / r : 0;

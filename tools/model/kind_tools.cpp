@@ -10,6 +10,7 @@
 #include "models/model/entry_points.hpp"
 #include "tools/model/material_tools.hpp"
 #include "tools/model/motion_tools.hpp"
+#include "tools/model/projection_tools.hpp"
 #include "tools/model/psf_tools.hpp"
 #include "tools/model/texture_tools.hpp"
 
@@ -26,7 +27,7 @@ ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
 
 const std::vector<const KindTools*>& kind_tools() {
     static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(), &texture_tools(),
-                                                     &psf_tools()};
+                                                     &psf_tools(), &projection_tools()};
     return tools;
 }
 

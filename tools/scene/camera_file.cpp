@@ -150,6 +150,8 @@ std::string camera_file_text(const PictureCamera& camera, const std::vector<Came
                        {"distortion_ideal_mm", lens.distortion.ideal_mm},
                        {"distortion_real_mm", lens.distortion.real_mm},
                        {"sensor_rotation_deg", lens.sensor_rotation_rad * 180 / std::numbers::pi}};
+        if (lens.own_projection.loaded != nullptr)
+            out["lens"]["projection_model"] = lens.own_projection.loaded->model->name();
     }
     out["frames"] = Json::array();
     for (const CameraFileFrame& frame : frames)

@@ -22,11 +22,14 @@ void load_projection(Request& r) {
     const std::string& file = r.arguments.text("filename");
     const auto projection =
         file.empty() ? scene::Projection::pinhole : enum_named<scene::Projection>(model_name(file));
-    if (!projection)
+    if (!projection || *projection == scene::Projection::model) {
+        std::vector<std::string_view> names = names_of_enum<scene::Projection>();
+        std::erase(names, name_of(scene::Projection::model));
         throw r.arguments.refused(
             "filename",
             fmt::format("\"{}\" is no built-in model, and model files are not read", printable(file, 60)),
-            fmt::format("{}, with any ending", fmt::join(names_of_enum<scene::Projection>(), ", ")));
+            fmt::format("{}, with any ending", fmt::join(names, ", ")));
+    }
     PictureLens lens{*projection, {}};
     Parameters parameters(r);
     constexpr std::array names{"k1", "k2", "k3", "p1", "p2"};

@@ -723,7 +723,7 @@ width = 99999999999999999999
 const std::vector<Broken> broken_scenes{
     {"[camera]\nprojection = \"fish\"\n",
      R"(s.toml:2:14: camera.projection: "fish" is not known, allowed pinhole, equidistant, equisolid, )"
-     "stereographic, orthographic"},
+     "stereographic, orthographic, model"},
     {"[camera]\nvignetting = \"cos\"\n",
      R"(s.toml:2:14: camera.vignetting: "cos" is not known, allowed none, cos4; did you mean "cos4"?)"},
     {R"([[body]]
