@@ -43,9 +43,23 @@ void put(Vec3 v, bool backward, float* out) {
     out[2] = static_cast<float>(backward ? -v.z : v.z);
 }
 
+using Packet = std::array<double, models::Program::lane_step>;
+constexpr std::int32_t unit_pixels = 1024;
+constexpr double unit_pitch_m = 6.0 / unit_pixels, unit_centre = (unit_pixels - 1) / 2.0;
+
 } // namespace
 
-double PictureLens::radius(double angle_rad) const {
+models::SensorPlane unit_plane() {
+    models::SensorPlane plane;
+    plane.focal_length_m = 1;
+    plane.width = plane.height = unit_pixels;
+    plane.column_m = {unit_pitch_m, 0};
+    plane.row_m = {0, unit_pitch_m};
+    plane.first_m = {-unit_centre * unit_pitch_m, -unit_centre * unit_pitch_m};
+    return plane;
+}
+
+double PictureLens::radius(double angle_rad, bool down) const {
     using scene::Projection;
     switch (projection) {
     case Projection::pinhole:
@@ -58,8 +72,15 @@ double PictureLens::radius(double angle_rad) const {
         return 2 * std::tan(angle_rad / 2);
     case Projection::orthographic:
         return std::sin(angle_rad);
-    case Projection::model: // not loaded by this protocol
-        break;
+    case Projection::model: {
+        Packet x, y, across, none{}, along;
+        across.fill(std::sin(angle_rad));
+        along.fill(std::cos(angle_rad));
+        unit->project_any(
+            {down ? none.data() : across.data(), down ? across.data() : none.data(), along.data()}, x.data(),
+            y.data(), x.size());
+        return std::hypot(x[0] - unit_centre, y[0] - unit_centre) * unit_pitch_m;
+    }
     }
     return 0;
 }
@@ -93,8 +114,14 @@ Vec3 PictureLens::direction(double x, double y) const {
     case Projection::orthographic:
         angle_rad = r <= 1 ? std::asin(r) : 4;
         break;
-    case Projection::model:
-        return {};
+    case Projection::model: {
+        Packet column, row, solid_angle, dx, dy, dz;
+        column.fill(x / unit_pitch_m + unit_centre);
+        row.fill(y / unit_pitch_m + unit_centre);
+        unit->rays(column.data(), row.data(), {dx.data(), dy.data(), dz.data()}, solid_angle.data(),
+                   column.size());
+        return solid_angle[0] != 0 ? Vec3{dx[0], dy[0], dz[0]} : Vec3{};
+    }
     }
     if (angle_rad > max_angle_rad()) return {};
     const double across = r > 0 ? std::sin(angle_rad) / r : 0;

@@ -3,24 +3,35 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "models/kinds/projection_program.hpp"
 #include "renderer/scene/scene.hpp"
 #include "service/memory_account.hpp"
+
+#include <nlohmann/json.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace obscura::serve::compatible {
 
+/// Sensor of PictureLens::unit: as far from its centre as 3 focal lengths.
+[[nodiscard]] models::SensorPlane unit_plane();
+
 /// Where a lens shows directions. Lengths over the focal length.
 struct PictureLens {
     scene::Projection projection = scene::Projection::pinhole;
     std::array<double, 5> distortion{}; ///< Brown and Conrady: k1, k2, k3, p1, p2, from real to ideal
+    nlohmann::json own{};               ///< with Projection::model: the table of a scene file
+    /// The model at a focal length of 1 m: image points are taken to grow with the focal length.
+    std::shared_ptr<const models::ProjectionProgram> unit{};
 
-    /// Distance from the centre of the ideal picture, of a direction at that angle to the boresight.
-    [[nodiscard]] double radius(double angle_rad) const;
+    /// Distance from the centre of the ideal picture, of a direction at that angle to the boresight, to the
+    /// right or down. NaN: the lens does not show it.
+    [[nodiscard]] double radius(double angle_rad, bool down = false) const;
     /// Unit vector of a point of the real picture: x right, y down, z forward; 0: the lens shows nothing
     /// there.
     [[nodiscard]] Vec3 direction(double x, double y) const;

@@ -94,7 +94,7 @@ void add_placement(ClientState& client_state, const Placement& p, json& table,
 json camera_table(ClientState& client_state) {
     const CameraSettings& c = client_state.camera;
     const double fx_px = c.width / 2.0 / c.lens.radius(c.fov_x_rad / 2);
-    const double fy_px = c.height / 2.0 / c.lens.radius(c.fov_y_rad / 2);
+    const double fy_px = c.height / 2.0 / c.lens.radius(c.fov_y_rad / 2, true);
     // Any pitch makes the same picture; focal lengths of scene files begin at 0.1 mm, pitches end at 1 mm.
     const double pitch_um = std::clamp(200 / fx_px, 10.0, 1000.0);
     json table{{"width", c.width},
@@ -110,7 +110,10 @@ json camera_table(ClientState& client_state) {
         const double reach = std::hypot(c.psf.support_w, c.psf.support_h * fx_px / fy_px) / 2 + 1;
         table["psf_core_px"] = std::clamp(reach, 2.0, 128.0);
     }
-    if (c.lens.projection != scene::Projection::pinhole) table["projection"] = name_of(c.lens.projection);
+    if (c.lens.projection == scene::Projection::model)
+        table["projection"] = c.lens.own;
+    else if (c.lens.projection != scene::Projection::pinhole)
+        table["projection"] = name_of(c.lens.projection);
     if (c.lens.distortion != PictureLens{}.distortion) {
         table["distortion"] = "brown-conrady";
         table["distortion_coefficients"] = c.lens.distortion;

@@ -15,6 +15,11 @@ void set_fov(Request& r, double unit) {
     const double least = 1e-5 * degree / unit, most = widest_rad / unit;
     const GivenFov given{r.arguments.number("fov_x", least, most), r.arguments.number("fov_y", least, most),
                          unit};
+    const PictureLens& lens = r.client_state.camera.lens;
+    if (!std::isfinite(lens.radius(given.x * unit / 2)) ||
+        !std::isfinite(lens.radius(given.y * unit / 2, true)))
+        throw r.arguments.refused("fov_x", fmt::format("{} x {}", given.x, given.y),
+                                  "a field that the projection shows");
     r.client_state.camera.given_fov = given;
     r.client_state.camera.fov_x_rad = given.x * unit;
     r.client_state.camera.fov_y_rad = given.y * unit;

@@ -2,8 +2,10 @@
 // Commands of the camera's models: projection, focus, motion, times of the rows, wavelengths of the channels.
 // The published program has them in files that are not public; the names and parameters here are ours.
 #include "core/text/printable.hpp"
+#include "renderer/scene/model_values.hpp"
 #include "renderer/scene/trajectory.hpp"
 #include "serve/compatible/handlers.hpp"
+#include "serve/compatible/model_files.hpp"
 #include "serve/compatible/parameters.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +13,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,17 +22,50 @@
 namespace obscura::serve::compatible {
 namespace {
 
+/// Refuses a field of view that the lens does not show.
+void check_field(const Request& r, const PictureLens& lens, std::string_view argument, double fov_x_rad,
+                 double fov_y_rad) {
+    if (std::isfinite(lens.radius(fov_x_rad / 2)) && std::isfinite(lens.radius(fov_y_rad / 2, true))) return;
+    throw r.arguments.refused(
+        argument, fmt::format("the field of view of {} x {} rad is too wide for it", fov_x_rad, fov_y_rad),
+        "one that the projection shows");
+}
+
+/// A projection in SuMoL.
+void load_own_projection(Request& r, const std::filesystem::path& file) {
+    Parameters parameters(r);
+    PictureLens lens{scene::Projection::model, {}};
+    lens.own = table_of_model(r, file, "projection", "a projection in SuMoL", parameters);
+    parameters.check_rest();
+    // The values of the table, as the scene of a picture will read them.
+    scene::ModelValues values = scene::defaults_of(scene::load_model(file.string(), "projection"));
+    const auto& known = values.loaded->model->parameters();
+    for (std::size_t i = 0; i < known.size(); ++i) {
+        const auto given = lens.own.find(values.loaded->keys[i]);
+        if (given == lens.own.end()) continue;
+        const std::vector<double> numbers =
+            given->is_array() ? given->get<std::vector<double>>() : std::vector{given->get<double>()};
+        for (std::size_t c = 0; c < numbers.size(); ++c)
+            values.values[i][c] = numbers[c] * known[i].si();
+    }
+    lens.unit = std::make_shared<const models::ProjectionProgram>(
+        values.loaded->model, scene::program_parameters(values), unit_plane());
+    check_field(r, lens, "filename", r.client_state.camera.fov_x_rad, r.client_state.camera.fov_y_rad);
+    r.client_state.camera.lens = std::move(lens);
+}
+
 void load_projection(Request& r) {
     const std::string& file = r.arguments.text("filename");
+    if (file.ends_with(".prj"))
+        if (const auto own = r.client_state.files.find(file)) return load_own_projection(r, *own);
     const auto projection =
         file.empty() ? scene::Projection::pinhole : enum_named<scene::Projection>(model_name(file));
     if (!projection || *projection == scene::Projection::model) {
         std::vector<std::string_view> names = names_of_enum<scene::Projection>();
         std::erase(names, name_of(scene::Projection::model));
         throw r.arguments.refused(
-            "filename",
-            fmt::format("\"{}\" is no built-in model, and model files are not read", printable(file, 60)),
-            fmt::format("{}, with any ending", fmt::join(names, ", ")));
+            "filename", fmt::format("\"{}\" is neither a file nor a built-in model", printable(file, 60)),
+            fmt::format("files that end in .prj, and {}, with any ending", fmt::join(names, ", ")));
     }
     PictureLens lens{*projection, {}};
     Parameters parameters(r);

@@ -2,12 +2,10 @@
 // Commands that create models by name: BRDFs and shapes. Scattering laws are files that a client has sent or
 // that lie in the resource path; built-in ones stand for the others of the published program, which are not
 // public.
-#include "core/error.hpp"
 #include "core/text/printable.hpp"
-#include "models/model/model.hpp"
-#include "renderer/materials/model_material.hpp"
 #include "renderer/scene/model_texture.hpp"
 #include "serve/compatible/handlers.hpp"
+#include "serve/compatible/model_files.hpp"
 #include "serve/compatible/objects.hpp"
 #include "serve/compatible/parameters.hpp"
 
@@ -15,8 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <optional>
+#include <numbers>
 
 namespace obscura::serve::compatible {
 namespace {
@@ -25,46 +22,6 @@ using nlohmann::json;
 
 json list_of_numbers(const Channels& values) {
     return json(values);
-}
-
-/// Value of a parameter as that of a key of a scene file. Throws Failure.
-json key_value(Request& r, const models::Parameter& p, const Value& value) {
-    const auto refuse = [&](std::string_view allowed) {
-        throw r.arguments.refused("parameters", std::string(p.name), std::string(allowed));
-    };
-    if (p.type == models::Type::texture) {
-        const auto* const file = value.as<std::string>();
-        if (file == nullptr) refuse("the name of a texture");
-        return texture_key(r, *file);
-    }
-    std::vector<double> numbers(1);
-    if (!to_number(value, numbers[0]) && !to_numbers(value, numbers))
-        refuse("a number, or one for each component");
-    const auto count = static_cast<std::size_t>(models::components(p.type));
-    if (numbers.size() == 1) numbers.resize(count, numbers[0]);
-    if (numbers.size() != count) refuse(fmt::format("{} numbers", count));
-    for (double& number : numbers)
-        number /= p.si(); // keys are in the unit that the text names
-    // A vec4 of one number stands for all bands, another one for each four of them.
-    const bool same = std::all_of(numbers.begin(), numbers.end(), [&](double n) { return n == numbers[0]; });
-    return count == 1 || (p.type == models::Type::vec4 && same) ? json(numbers[0]) : json(numbers);
-}
-
-/// The law of a file in SuMoL. Throws Failure.
-json law_of_file(Request& r, const std::filesystem::path& file, Parameters& parameters) {
-    try {
-        const auto loaded = scene::load_model(file.string(), "material");
-        json table{{"model", file.string()}};
-        const auto& known = loaded->model->parameters();
-        for (std::size_t i = 0; i < known.size(); ++i)
-            if (const Value* const value = parameters.value(known[i].name);
-                value != nullptr && !known[i].global)
-                table[loaded->keys[i]] = key_value(r, known[i], *value);
-        return {{"material", std::move(table)}};
-    } catch (const Error& error) {
-        throw r.arguments.refused("filename", r.client_state.files.without_folders(error.what()),
-                                  "a scattering law in SuMoL");
-    }
 }
 
 /// The argument of a texture's functions that is an image, beside its parameters.
@@ -131,27 +88,16 @@ Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
 
 json texture_of_file(Request& r, const std::filesystem::path& file) {
     Parameters parameters(r);
-    try {
-        const auto loaded = scene::load_model(file.string(), "texture");
-        json table{{"model", file.string()}};
-        const auto& known = loaded->model->parameters();
-        for (std::size_t i = 0; i < known.size(); ++i)
-            if (const Value* const value = parameters.value(known[i].name);
-                value != nullptr && !known[i].global)
-                table[loaded->keys[i]] = key_value(r, known[i], *value);
-        if (const Value* const image = parameters.value(own_image);
-            image != nullptr && !table.contains(own_image)) {
-            const auto* const name = image->as<std::string>();
-            if (name == nullptr)
-                throw r.arguments.refused("parameters", std::string(own_image), "the name of a texture");
-            table[std::string(own_image)] = texture_key(r, *name);
-        }
-        parameters.check_rest();
-        return table;
-    } catch (const Error& error) {
-        throw r.arguments.refused("filename", r.client_state.files.without_folders(error.what()),
-                                  "a texture in SuMoL");
+    json table = table_of_model(r, file, "texture", "a texture in SuMoL", parameters);
+    if (const Value* const image = parameters.value(own_image);
+        image != nullptr && !table.contains(own_image)) {
+        const auto* const name = image->as<std::string>();
+        if (name == nullptr)
+            throw r.arguments.refused("parameters", std::string(own_image), "the name of a texture");
+        table[std::string(own_image)] = texture_key(r, *name);
     }
+    parameters.check_rest();
+    return table;
 }
 
 void add_model_calls(Handlers& handlers) {
@@ -159,7 +105,8 @@ void add_model_calls(Handlers& handlers) {
         Parameters parameters(r, "albedo");
         const std::string& filename = r.arguments.text("filename");
         const auto file = r.client_state.files.find(filename);
-        Model model{file ? law_of_file(r, *file, parameters)
+        Model model{file ? json{{"material", table_of_model(r, *file, "material", "a scattering law in SuMoL",
+                                                            parameters)}}
                          : reflection_of(r, model_name(filename), parameters)};
         parameters.check_rest();
         put(r.client_state.reflections, r.arguments, "name", std::move(model));

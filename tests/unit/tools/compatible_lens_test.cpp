@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -83,6 +84,43 @@ TEST_CASE("a projection model puts a star where its formula says", "[serve]") {
     }
 }
 
+TEST_CASE("a projection in SuMoL is used with its parameters", "[serve]") {
+    Client client;
+    std::ofstream(client.folder.path() / "own.prj")
+        << "parameter k1 0;\nparameter max_angle 80; //! deg, 1..180, not seen beyond\n"
+           "vec2 point(vec3 d)\n{\n"
+           "    scalar s = max(length(d.xy), 1e-300);\n    scalar t = atan2(s, d.z);\n"
+           "    if (t > max_angle) return vec2(M_NAN);\n"
+           "    return d.xy * (focal_length * t * (1 + k1 * t * t) / s);\n}\n";
+    client.size(128, 128);
+    client.fov_deg(120, 120);
+    gaussian(client, 0.7);
+    client.call("loadProjectionModel",
+                {{"filename", "own.prj"}, {"parameters", Fields{{"k1", -0.1}, {"max_angle", 1.5}}}});
+    client.call("enableLOSmapping", {{"b_enable", true}});
+    const double angle = 0.7, half = pi / 3, towards = 0.4;
+    const auto radius = [](double t) { return t * (1 - 0.1 * t * t); };
+    const Vec3 to{std::sin(angle) * std::cos(towards), std::sin(angle) * std::sin(towards), -std::cos(angle)};
+    show_star(client, to);
+    const Light seen = light(client, 128);
+    const double r = 64 / radius(half) * radius(angle), column = 64 + r * std::cos(towards),
+                 row = 64 - r * std::sin(towards);
+    CHECK_THAT(seen.column, WithinAbs(column, 0.03));
+    CHECK_THAT(seen.row, WithinAbs(row, 0.03));
+    const std::vector<float> los = client.numbers("getLOSMap");
+    const auto pixel = static_cast<std::size_t>((127 - std::floor(row)) * 128 + std::floor(column));
+    const Vec3 line{static_cast<double>(los[3 * pixel]), static_cast<double>(los[3 * pixel + 1]),
+                    static_cast<double>(los[3 * pixel + 2])};
+    CHECK_THAT(length(line), WithinAbs(1, 1e-6));
+    CHECK(length(line - to) < 0.03);
+    client.refuse("setCameraFOVDeg", {{"fov_x", 175.0}, {"fov_y", 100.0}},
+                  "a field that the projection shows");
+    client.refuse("loadProjectionModel",
+                  {{"filename", "own.prj"}, {"parameters", Fields{{"max_angle", 0.8}}}}, "too wide");
+    std::ofstream(client.folder.path() / "bad.prj") << "vec2 point(vec3 d) { return d; }\n";
+    client.refuse("loadProjectionModel", {{"filename", "bad.prj"}, {"parameters", Fields{}}}, "bad.prj:1:");
+}
+
 TEST_CASE("distortion of Brown and Conrady is from the real picture to the ideal one", "[serve]") {
     Client client;
     client.size(128, 128);
@@ -97,7 +135,7 @@ TEST_CASE("distortion of Brown and Conrady is from the real picture to the ideal
     CHECK_THAT(seen.column, WithinAbs(94, 0.03));
     CHECK_THAT(seen.row, WithinAbs(44, 0.03));
     client.refuse("loadProjectionModel", {{"filename", "stereo.txr"}, {"parameters", Fields{}}},
-                  "allowed pinhole, equidistant, equisolid, stereographic, orthographic");
+                  "and pinhole, equidistant, equisolid, stereographic, orthographic, with any ending");
     client.call("loadProjectionModel", {{"filename", "equidistant"}, {"parameters", Fields{}}});
     client.fov_deg(200, 200);
     client.refuse("loadProjectionModel", {{"filename", "pinhole"}, {"parameters", Fields{}}}, "too wide");
