@@ -11,7 +11,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 obscura, obscurad = sys.argv[1:3]
-SCENE_TABLES = {"sun", "stars", "body", "body.height", "body.albedo", "body.detail", "lamp", "band", "stray_light"}
+SCENE_TABLES = {"sun", "stars", "body", "body.height", "body.albedo", "body.detail", "lamp", "band", "stray_light", "global"}
 FILE_ENDINGS = {"md", "hpp", "cpp", "csv", "toml", "service", "py"}
 complaints = []
 
