@@ -30,7 +30,7 @@ struct HttpLimits {
     std::size_t for_health = 2;
     std::size_t streams = 24;
     std::uint32_t header_bytes = 8192;
-    std::uint64_t body_bytes = 65536;
+    std::uint64_t body_bytes = 196608; ///< for the text of a model, whose line ends JSON writes as two bytes
     /// Size of all answers that are being sent; a single one may be larger.
     std::size_t answer_bytes = std::size_t{64} << 20;
     std::chrono::milliseconds header_ms{2000}; ///< from the first byte of a request to the end of its header

@@ -7,6 +7,7 @@
 #include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 #include "emulator/config/initial_camera.hpp"
+#include "emulator/config/model_use.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "sensors/sensor_file.hpp"
@@ -216,11 +217,13 @@ void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Table
     take_pixels_of_sensor(config);
 }
 
-/// Reads the scene file `file`, if it is not empty. Returns an empty scene if it has mistakes, which are
-/// added.
-scene::Scene read_scene(const std::string& file, config::Mistakes& mistakes) {
+/// Reads the scene file that the configuration names, if any. Returns an empty scene if it has mistakes,
+/// which are added.
+scene::Scene read_scene(const DaemonConfig& config, config::Mistakes& mistakes) {
     scene::Scene scene;
-    if (!file.empty()) mistakes.collect([&] { scene = scene::load_scene(file); });
+    if (config.scene_file.empty()) return scene;
+    const scene::UseModels models(model_use(config));
+    mistakes.collect([&] { scene = scene::load_scene(config.scene_file); });
     return scene;
 }
 
@@ -233,7 +236,7 @@ DaemonConfig read_several(const config::Value& root, const config::Where& top, c
              fmt::format("{} cameras, allowed 1 to {}", elements.size(), max_cameras));
     // The shared tables must be valid by themselves, and are refused under their own names.
     const DaemonConfig common = read_config({without_cameras(root), top, top.in("camera")}, false, mistakes);
-    const scene::Scene scene = read_scene(common.scene_file, mistakes);
+    const scene::Scene scene = read_scene(common, mistakes);
     // Mistakes in the shared tables would be repeated for each camera.
     mistakes.throw_if_any();
 
@@ -282,7 +285,7 @@ std::string print_camera(DaemonConfig& c) {
 
 std::vector<config::Section> shared_sections(DaemonConfig& c) {
     return {scene_section(c.scene_file), section_of(c.daemon),  section_of(c.render), section_of(c.ptp),
-            section_of(c.threads),       section_of(c.monitor), section_of(c.control)};
+            section_of(c.threads),       section_of(c.monitor), section_of(c.models), section_of(c.control)};
 }
 
 std::vector<config::Section> camera_sections(DaemonConfig& c) {
@@ -326,7 +329,7 @@ DaemonConfig load_config(const std::filesystem::path& file) {
     } else {
         const Tables tables{root, top, top.in("camera")};
         config = read_config(tables, false, mistakes);
-        put_into_scene(config, read_scene(config.scene_file, mistakes), tables, mistakes);
+        put_into_scene(config, read_scene(config, mistakes), tables, mistakes);
     }
     mistakes.throw_if_any();
     return config;
@@ -355,14 +358,15 @@ std::string print_config(const DaemonConfig& config) {
 
 DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_file) {
     const std::filesystem::path file = absolute_path(scene_file);
+    const scene::UseModels models(model_use(config));
     const scene::Scene scene = scene::load_scene(file);
     std::vector<DaemonConfig*> cameras{&config};
     for (DaemonConfig& other : config.others)
         cameras.push_back(&other);
     for (DaemonConfig* camera : cameras) {
-        camera->scene_file = file.string();
         camera->scene = scene;
-        camera->sources["scene.file"] = "scene.show";
+        if (camera->scene_file != file.string()) camera->sources["scene.file"] = "scene.show";
+        camera->scene_file = file.string();
         if (!camera->view.empty()) {
             const config::Value view = config::parse_text(camera->view, camera->source.string());
             (void)scene::read_view(view, {camera->source, "camera.view"}, camera->scene);

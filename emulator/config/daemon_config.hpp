@@ -32,6 +32,7 @@ struct DaemonConfig {
     OutputsSection outputs;
     ThreadsSection threads;
     MonitorSection monitor;
+    ModelsSection models;
     ControlSection control;
     CameraSection camera;
     transports::ConfiguredTransports transports;

@@ -8,10 +8,14 @@
 #include <fmt/format.h>
 #include <netinet/in.h>
 
+#include <cstdlib>
 #include <stdexcept>
+#include <string_view>
 
 namespace obscura::emulator {
 namespace {
+
+constexpr std::string_view automatic_models = "auto";
 
 /// Throws std::invalid_argument unless `listen` is an address like `example`, of the loopback interface if
 /// clients need no token.
@@ -341,6 +345,43 @@ config::Section section_of(MonitorSection& s) {
                 "socket",
                 fmt::format("\"{}\"; allowed are \"auto\", \"off\" and an absolute path of at most {} bytes",
                             s.socket, host::max_socket_path_bytes()));
+    };
+    return section;
+}
+
+std::filesystem::path models_folder(const ModelsSection& section) {
+    if (section.folder != automatic_models) return section.folder;
+    const char* const state = std::getenv("STATE_DIRECTORY");
+    const std::string_view folders = state == nullptr ? "" : state;
+    // systemd lists several folders with colons between them.
+    return folders.empty() ? std::filesystem::path()
+                           : std::filesystem::path(folders.substr(0, folders.find(':'))) / "models";
+}
+
+config::Section section_of(ModelsSection& s) {
+    config::Section section;
+    section.name = "models";
+    section.help = "Models written in SuMoL, which scenes name; shared by all cameras of the file.";
+    section.keys = {
+        key("folder", &s.folder)
+            .help(
+                "Absolute path of the folder where a scene's models are searched that do not stand beside it, before the shipped ones, and where the call model.put stores them; "
+                "auto: the folder models in the state folder of the service, none without a service; empty: none"),
+        key("native", &s.native)
+            .help(
+                "auto: machine code is made of models where the processor has AVX2 or AVX-512 and the system allows it; "
+                "off: they are interpreted, which gives the same frames"),
+        key("max_ns_per_evaluation", &s.max_ns_per_evaluation)
+            .unit("ns")
+            .range(0, 1e6)
+            .help(
+                "Processor time that one evaluation of a model may take, as measured when it is loaded; a scene with a dearer model is refused; "
+                "0: any"),
+    };
+    section.check = [&s](const config::ReadTable& table) {
+        if (s.folder.empty() || s.folder == automatic_models || s.folder.front() == '/') return;
+        table.refuse("folder",
+                     fmt::format("\"{}\"; allowed are \"auto\", \"\" and an absolute path", s.folder));
     };
     return section;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The daemon's own sections: [daemon] [render] [deadline] [threads] [simulator] [outputs] [monitor]
-// [control].
+// [models] [control].
 #pragma once
 
 #include "config/section.hpp"
@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 
 namespace obscura::emulator {
@@ -111,6 +112,25 @@ struct MonitorSection {
     [[nodiscard]] bool keeps_frames() const;
 };
 
+/// Whether models run as machine code.
+enum class NativeModels : std::uint8_t {
+    off,
+    automatic, ///< where the processor has the instructions
+};
+constexpr auto enum_names(NativeModels /*type*/) {
+    return std::array{EnumName{NativeModels::off, "off"}, EnumName{NativeModels::automatic, "auto"}};
+}
+
+/// [models]: models written in SuMoL that scenes use.
+struct ModelsSection {
+    std::string folder = "auto"; ///< see models_folder()
+    NativeModels native = NativeModels::automatic;
+    double max_ns_per_evaluation = 500; ///< 0: any
+};
+/// The folder of the appliance's models: for "auto" the folder `models` in the state folder of the service,
+/// STATE_DIRECTORY as systemd sets it, and none where there is no service; empty: none.
+[[nodiscard]] std::filesystem::path models_folder(const ModelsSection& section);
+
 /// [control]: where programs call the daemon; empty: nowhere.
 struct ControlSection {
     std::string listen;     ///< "127.0.0.1:5153"
@@ -131,6 +151,7 @@ struct ControlSection {
 [[nodiscard]] config::Section section_of(SimulatorSection& section);
 [[nodiscard]] config::Section section_of(OutputsSection& section);
 [[nodiscard]] config::Section section_of(MonitorSection& section);
+[[nodiscard]] config::Section section_of(ModelsSection& section);
 [[nodiscard]] config::Section section_of(ControlSection& section);
 
 } // namespace obscura::emulator

@@ -187,7 +187,8 @@ void CallServer::pause_for(const std::function<void()>& work) {
 
 void CallServer::start(Daemon& daemon, Monitor& monitor) {
     host_ = std::make_unique<ControlHost>(
-        version_, cameras_of(daemon), scenes_of(daemon.config()), ordinary_cores(daemon.threads()),
+        version_, cameras_of(daemon), scenes_of(daemon.config()), daemon.config().models,
+        ordinary_cores(daemon.threads()),
         ControlHost::Sources{[&monitor] { return monitor.state(); },
                              [&daemon] { return std::filesystem::path(daemon.config().scene_file); },
                              [&daemon] { return daemon.config(); },

@@ -91,6 +91,9 @@ public:
                      return host_.scenes_refused(files);
                  }))
             calls.push_back(std::move(call));
+        for (service::Call& call :
+             host_.models().calls(host_.scene_requests(), [this] { return host_.shown_scene(); }))
+            calls.push_back(std::move(call));
         return calls;
     }
 
@@ -104,11 +107,12 @@ private:
 } // namespace
 
 ControlHost::ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
-                         const CoreSet& cores, Sources sources)
+                         const ModelsSection& models, const CoreSet& cores, Sources sources)
     : version_(std::move(version)),
       cameras_(std::move(cameras)),
       scenes_(std::move(scenes)),
       probes_(cores),
+      models_(models, cores),
       sources_(std::move(sources)) {
     asked_.open();
 }

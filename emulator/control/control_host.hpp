@@ -6,6 +6,7 @@
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/control/camera_calls.hpp"
 #include "emulator/control/daemon_calls.hpp"
+#include "emulator/control/model_calls.hpp"
 #include "emulator/control/probe_call.hpp"
 #include "emulator/control/ring_calls.hpp"
 #include "emulator/control/scene_requests.hpp"
@@ -37,9 +38,9 @@ public:
         ReleaseControl release;
     };
 
-    /// `scenes`: see scene_calls(); `cores`: see PixelProbes.
+    /// `scenes`: see scene_calls(); `cores`: see PixelProbes and ModelDesk.
     ControlHost(std::string version, CameraCalls::Cameras cameras, std::filesystem::path scenes,
-                const CoreSet& cores, Sources sources);
+                const ModelsSection& models, const CoreSet& cores, Sources sources);
 
     /// Answers what calls have asked of the main thread, which calls this several times a second.
     void tick();
@@ -48,6 +49,7 @@ public:
         asked_.close();
         scene_requests_.close();
         probes_.close();
+        models_.close();
     }
     [[nodiscard]] SceneRequests& scene_requests() noexcept { return scene_requests_; }
 
@@ -72,6 +74,7 @@ public:
     /// Source of a probe of a frame. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] CameraUnit::ProbeSource probe_source(std::size_t camera, const FrameInfo& frame);
     [[nodiscard]] PixelProbes& probes() noexcept { return probes_; }
+    [[nodiscard]] ModelDesk& models() noexcept { return models_; }
 
     [[nodiscard]] std::string version() const override { return version_; }
     [[nodiscard]] std::unique_ptr<service::Session> open() override;
@@ -85,6 +88,7 @@ private:
     const std::filesystem::path scenes_;
     SceneRequests scene_requests_;
     PixelProbes probes_;
+    ModelDesk models_;
     const Sources sources_;
     WorkQueue asked_; ///< of the main thread
     /// Main thread: of this tick; null: not yet made.

@@ -65,7 +65,7 @@ StartingHost::StartingHost(std::string version, const StartProgress& progress, j
       head_(std::move(head)),
       begun_(MonotonicClock().now()),
       no_cameras_(std::make_unique<ControlHost>(version_, CameraCalls::Cameras{}, std::filesystem::path{},
-                                                CoreSet{}, ControlHost::Sources{})) {}
+                                                ModelsSection{}, CoreSet{}, ControlHost::Sources{})) {}
 
 StartingHost::~StartingHost() = default;
 

@@ -58,7 +58,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
                                          config.render.ahead, true);
     overlays_ =
         std::make_unique<FrameOverlays>(config.sensor, *imaging_->detector, config.scene.camera.aperture_m);
-    scene_fingerprint_ = scene_fingerprint(config.scene_file);
+    scene_fingerprint_ = scene_fingerprint(config.scene_file, models_folder(config.models));
     probe_settings_ = std::make_shared<const ProbeSettings>(probe_settings(config));
     ReleaserSettings release;
     release.max_rows = imaging_->pool->max_rows();
@@ -162,7 +162,7 @@ void CameraUnit::step_with(sync::SoftwareTrigger* source) {
 }
 
 std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::function<bool()>& meanwhile) {
-    next_fingerprint_ = scene_fingerprint(next.scene_file);
+    next_fingerprint_ = scene_fingerprint(next.scene_file, models_folder(next.models));
     if (next_fingerprint_ == scene_fingerprint_) return {};
     if (std::string why = scene_refusal(imaging_->renderer->scene(), next); !why.empty()) return why;
     std::atomic<bool> stop{false};

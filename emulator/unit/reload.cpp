@@ -3,12 +3,12 @@
 
 #include "config/document.hpp"
 #include "core/fnv.hpp"
+#include "models/model/entry_points.hpp"
+#include "renderer/scene/model_use.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 
@@ -81,22 +81,22 @@ std::string scene_refusal(const scene::Scene& before, const DaemonConfig& next) 
     return {};
 }
 
-std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
-    std::ifstream in(scene_file, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(in)), {});
+std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file,
+                                const std::filesystem::path& models_folder) {
+    const std::string text = scene::text_of_file(scene_file);
     std::uint64_t print = fnv1a(text);
-    // Any quoted text may be a file name.
-    for (std::size_t begin = text.find('"'); begin != std::string::npos; begin = text.find('"', begin)) {
-        const std::size_t end = text.find('"', begin + 1);
-        if (end == std::string::npos) break;
-        const std::filesystem::path file = scene_file.parent_path() / text.substr(begin + 1, end - begin - 1);
+    const auto add = [&print](const std::filesystem::path& file) {
         std::error_code error;
-        if (std::filesystem::is_regular_file(file, error)) {
-            const auto size = std::filesystem::file_size(file, error);
-            const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
-            print = fnv1a(fmt::format("{} {}", size, written), print);
-        }
-        begin = end + 1;
+        if (!std::filesystem::is_regular_file(file, error)) return;
+        const auto size = std::filesystem::file_size(file, error);
+        const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
+        print = fnv1a(fmt::format("{} {}", size, written), print);
+    };
+    // Any quoted text may be a file name.
+    for (const std::string& quoted : scene::quoted_texts(text)) {
+        add(scene_file.parent_path() / quoted);
+        for (const models::ModelKind& kind : models::model_kinds())
+            if (const auto model = scene::find_model(models_folder, quoted, kind.ending)) add(*model);
     }
     return text.empty() ? 0 : print;
 }

@@ -19,8 +19,9 @@ namespace obscura::emulator {
 /// Why the scene of `next` cannot take the place of `before` while the daemon runs; empty: it can.
 [[nodiscard]] std::string scene_refusal(const scene::Scene& before, const emulator::DaemonConfig& next);
 
-/// Fingerprint of the scene file and of every file that it names: changes if one of them does. 0 if the scene
-/// file cannot be read.
-[[nodiscard]] std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file);
+/// Fingerprint of the scene file and of every file that it names, models in `models_folder` too: changes if
+/// one of them does. 0 if the scene file cannot be read.
+[[nodiscard]] std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file,
+                                              const std::filesystem::path& models_folder);
 
 } // namespace obscura::emulator

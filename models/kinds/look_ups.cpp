@@ -17,12 +17,12 @@ Value LookUps::value(Graph& graph, const LookUp& wanted) {
 }
 
 LookUpPlaces::LookUpPlaces(const Model& model, Place at, const Graph& graph, const std::vector<LookUp>& list,
-                           std::span<const double> uniforms, std::int32_t inputs, NativeTarget target)
+                           std::span<const double> uniforms, std::int32_t inputs, const Execution& execution)
     : list_(list) {
     for (const LookUp& read : list_)
         programs_.push_back(read.own_place
                                 ? BoundProgram{}
-                                : bound_program(model, at, graph, read.at, uniforms, inputs, target));
+                                : bound_program(model, at, graph, read.at, uniforms, inputs, execution));
 }
 
 bool LookUpPlaces::uses_input(std::int32_t input) const noexcept {

@@ -39,7 +39,7 @@ public:
     LookUpPlaces() = default;
     /// Arguments as those of bound_program().
     LookUpPlaces(const Model& model, Place at, const Graph& graph, const std::vector<LookUp>& list,
-                 std::span<const double> uniforms, std::int32_t inputs, NativeTarget target);
+                 std::span<const double> uniforms, std::int32_t inputs, const Execution& execution);
 
     /// Number of reads; each in turn needs the values of those before.
     [[nodiscard]] const std::vector<LookUp>& list() const noexcept { return list_; }

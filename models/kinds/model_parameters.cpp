@@ -111,15 +111,24 @@ Value lowered(const Model& model, const Function& function, const ModelParameter
 }
 
 BoundProgram bound_program(const Model& model, Place at, const Graph& graph, std::span<const NodeId> outputs,
-                           std::span<const double> uniforms, std::int32_t inputs, NativeTarget target) {
+                           std::span<const double> uniforms, std::int32_t inputs,
+                           const Execution& execution) {
     BoundProgram bound;
     try {
         bound.program = std::make_unique<Program>(graph, outputs);
     } catch (const std::length_error& error) {
         refuse(model, at, error.what());
     }
-    bound.program->make_native(target, uniforms, inputs, bound.why_interpreted);
-    bound.uniforms = bound.program->bind(uniforms);
+    execution.make([&] {
+        bound.program->make_native(execution.target, uniforms, inputs, bound.why_interpreted);
+        bound.uniforms = bound.program->bind(uniforms);
+        if (execution.max_ns > 0) bound.program->measure(bound.uniforms, inputs);
+    });
+    if (const double ns = bound.program->measured_ns(); execution.max_ns > 0 && ns > execution.max_ns)
+        refuse(model, at,
+               fmt::format("an evaluation takes {:.0f} ns on this machine; allowed are {:g} "
+                           "(models.max_ns_per_evaluation)",
+                           ns, execution.max_ns));
     return bound;
 }
 

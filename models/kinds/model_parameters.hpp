@@ -3,6 +3,7 @@
 #pragma once
 
 #include "models/model/model.hpp"
+#include "models/program/execution.hpp"
 #include "models/program/program.hpp"
 
 #include <array>
@@ -25,8 +26,7 @@ struct ModelParameters {
     std::vector<std::size_t> varied{}; ///< indices in Model::parameters()
     /// Values of a vec4 whose channels differ, for each of Model::parameters(); empty: `values` has it.
     std::vector<std::vector<double>> channels{};
-    /// Machine code is made for this, or none: the interpreter. Both give the same bits.
-    NativeTarget target = native_target();
+    Execution target{};
 };
 /// The defaults of `model`, angles in radians; textures are 1.
 [[nodiscard]] ModelParameters default_parameters(const Model& model);
@@ -59,9 +59,9 @@ struct BoundProgram {
     std::string why_interpreted; ///< empty: machine code runs
 };
 /// The nodes `outputs` of `graph` as a program of `inputs` inputs. Throws ConfigError at `at` where it is too
-/// large.
+/// large, or an evaluation costs too much.
 [[nodiscard]] BoundProgram bound_program(const Model& model, Place at, const Graph& graph,
                                          std::span<const NodeId> outputs, std::span<const double> uniforms,
-                                         std::int32_t inputs, NativeTarget target);
+                                         std::int32_t inputs, const Execution& execution);
 
 } // namespace obscura::models

@@ -33,6 +33,10 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 14> foreign{
 
 } // namespace
 
+std::span<const std::string_view> keyword_names() {
+    return keywords;
+}
+
 bool is_keyword(std::string_view word) {
     return std::find(keywords.begin(), keywords.end(), word) != keywords.end();
 }

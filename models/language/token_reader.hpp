@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,6 +20,7 @@ namespace obscura::models {
 struct Unreadable {};
 
 /// Words of the language, which are no names of functions or variables.
+[[nodiscard]] std::span<const std::string_view> keyword_names();
 [[nodiscard]] bool is_keyword(std::string_view word);
 
 class TokenReader {

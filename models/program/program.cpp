@@ -3,6 +3,8 @@
 
 #include "core/philox.hpp"
 
+#include <time.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -154,6 +156,37 @@ void Program::make_native(NativeTarget target, std::span<const double> uniforms,
             native_.reset();
             return;
         }
+}
+
+void Program::measure(const Uniforms& uniforms, std::int32_t inputs) {
+    constexpr std::size_t lanes = 1024;
+    constexpr int repeats = 5; // the least of them: other programs only add to it
+    const auto processor_ns = [] {
+        timespec now{};
+        ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+        return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+    };
+    std::vector<std::vector<double>> in(static_cast<std::size_t>(inputs), std::vector<double>(lanes));
+    std::vector<std::vector<double>> out(outputs_.size(), std::vector<double>(lanes));
+    std::vector<const double*> from;
+    std::vector<double*> to;
+    for (auto& row : in)
+        from.push_back(row.data());
+    for (auto& row : out)
+        to.push_back(row.data());
+    measured_ns_ = 0;
+    for (const auto& [offset, scale] : {std::pair{0.0, 1.0}, {-4.0, 8.0}, {0.0, 1e-3}, {-1e3, 2e3}}) {
+        for (std::uint32_t k = 0; k < in.size(); ++k)
+            for (std::uint32_t i = 0; i < lanes; ++i)
+                in[k][i] = offset + scale * uniform_double(philox4x32({i, k, 1, 0}, philox_key(3))[0]);
+        double least = std::numeric_limits<double>::infinity();
+        for (int repeat = 0; repeat < repeats; ++repeat) {
+            const double before = processor_ns();
+            run(uniforms, from.data(), to.data(), lanes);
+            least = std::min(least, processor_ns() - before);
+        }
+        measured_ns_ = std::max(measured_ns_, least / lanes);
+    }
 }
 
 bool Program::uses_input(std::int32_t index) const noexcept {

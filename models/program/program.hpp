@@ -46,6 +46,12 @@ public:
                      std::string& why);
     [[nodiscard]] bool is_native() const noexcept { return native_ != nullptr; }
 
+    /// Measures the cost of an evaluation: processor time of the slowest of four sets of inputs. Not on a
+    /// real-time thread.
+    void measure(const Uniforms& uniforms, std::int32_t inputs);
+    /// As measured, ns for each lane; 0: not measured.
+    [[nodiscard]] double measured_ns() const noexcept { return measured_ns_; }
+
     /// Computes what depends only on `uniforms`, the values by the index of their nodes. Not on a real-time
     /// thread.
     [[nodiscard]] Uniforms bind(std::span<const double> uniforms) const;
@@ -74,6 +80,7 @@ private:
     std::vector<Instruction> instructions_;
     std::vector<Operand> outputs_;
     std::int32_t slots_ = 0;
+    double measured_ns_ = 0;
 };
 
 } // namespace obscura::models

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "models/model/entry_points.hpp"
+#include "renderer/scene/model_use.hpp"
 
 #include <fmt/format.h>
 
@@ -21,12 +22,21 @@ const models::ModelKind& model_kind(std::string_view name) {
 } // namespace
 
 std::shared_ptr<const LoadedModel> load_model(const std::string& file, std::string_view kind) {
-    auto loaded = std::make_shared<LoadedModel>();
-    loaded->model = models::Model::load(file);
-    const models::ModelKind* const found = models::kind_of(*loaded->model);
+    const models::Execution& execution = UseModels::current().execution;
+    std::shared_ptr<const models::Model> model;
+    execution.make([&] { model = models::Model::load(file); });
+    const models::ModelKind* const found = models::kind_of(*model);
     if (!kind.empty() && found->name != kind)
         throw ConfigError(fmt::format("{}: a {} model: a {} needs one that ends in {}", file, found->name,
                                       kind, model_kind(kind).ending));
+    return loaded_model(std::move(model), execution);
+}
+
+std::shared_ptr<const LoadedModel> loaded_model(std::shared_ptr<const models::Model> model,
+                                                models::Execution execution) {
+    auto loaded = std::make_shared<LoadedModel>();
+    loaded->model = std::move(model);
+    loaded->execution = std::move(execution);
     for (const models::Parameter& p : loaded->model->parameters()) {
         loaded->keys.push_back(p.si() != 1 ? fmt::format("{}_{}", p.name, p.unit) : std::string(p.name));
         loaded->helps.push_back(p.help.empty() ? fmt::format("Parameter of {}", loaded->model->name())
@@ -121,6 +131,7 @@ config::Key shininess_key(ModelValues& p) {
 
 models::ModelParameters program_parameters(const ModelValues& p) {
     models::ModelParameters parameters;
+    parameters.target = p.loaded->execution;
     parameters.values = p.values;
     parameters.channels = p.channels;
     for (std::size_t i = 0; i < parameters.values.size(); ++i)

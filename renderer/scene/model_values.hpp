@@ -20,10 +20,15 @@ struct LoadedModel {
     std::shared_ptr<const models::Model> model;
     std::vector<std::string> keys;  ///< of Model::parameters(): name, and the unit "deg" at its end
     std::vector<std::string> helps; ///< of the keys
+    models::Execution execution{};  ///< of its programs
 };
 /// Reads a file, whose model is of the kind called `kind`; "": of any. Throws ConfigError or InputError.
 [[nodiscard]] std::shared_ptr<const LoadedModel> load_model(const std::string& file,
                                                             std::string_view kind = "");
+
+/// A model that was read elsewhere.
+[[nodiscard]] std::shared_ptr<const LoadedModel> loaded_model(std::shared_ptr<const models::Model> model,
+                                                              models::Execution execution);
 
 /// Shipped models of a kind.
 [[nodiscard]] config::ShippedFolder shipped_models(std::string_view kind);

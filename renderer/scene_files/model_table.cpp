@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/model_table.hpp"
 
+#include "core/io/path_state.hpp"
 #include "renderer/materials/model_material.hpp"
+#include "renderer/scene/model_use.hpp"
 #include "renderer/scene_files/parameter_texture.hpp"
 
 #include <fmt/format.h>
@@ -29,8 +31,12 @@ std::string model_file(const config::Value& table, const config::Where& where, s
         if (member.key != model_name) others.push_back(member.key);
     std::string file;
     (void)config::read_keys(table, where, {model_key(file)}, others);
-    return config::file_of_key(table.find(model_name)->value, where.in(model_name), file,
-                               shipped_models(kind));
+    const config::Value& value = table.find(model_name)->value;
+    const config::ShippedFolder shipped = shipped_models(kind);
+    if (is_file_at(file)) return file;
+    if (const auto own = find_model(UseModels::current().folder, value.string, shipped.ending))
+        return own->string();
+    return config::file_of_key(value, where.in(model_name), file, shipped);
 }
 
 /// Keys of the textures of the model, which are files, and of images of other parameters.

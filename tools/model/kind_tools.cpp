@@ -22,7 +22,8 @@
 namespace obscura::tools {
 
 ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
-    return {program.cost(), program.slots(), std::move(why_interpreted), program.instructions(), {}};
+    return {program.cost(),       program.slots(), std::move(why_interpreted), program.instructions(), {},
+            program.measured_ns()};
 }
 
 const std::vector<const KindTools*>& kind_tools() {

@@ -34,6 +34,7 @@ struct ModelCost {
     std::string why_interpreted;
     std::vector<models::Instruction> listing;
     ModelFacts facts; ///< others that matter for this kind
+    double ns = 0;    ///< of an evaluation on this machine; 0: not measured
 };
 [[nodiscard]] ModelCost cost_of(const models::Program& program, std::string why_interpreted);
 

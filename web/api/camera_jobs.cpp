@@ -97,6 +97,15 @@ Json plain_rules(Json rules) {
     return rules;
 }
 
+/// Fields of a request with the sizes of texts that are no lines.
+Json without_long_texts(Json fields) {
+    constexpr std::size_t max_bytes = 200;
+    for (Json& field : fields)
+        if (field.is_string() && field.get_ref<const std::string&>().size() > max_bytes)
+            field = fmt::format("{} bytes", field.get_ref<const std::string&>().size());
+    return fields;
+}
+
 } // namespace
 
 void make_exact(Json& json) {
@@ -218,7 +227,9 @@ std::optional<Response> CameraJobs::call(State& state) {
     const bool changes = state.request.route->changes();
     auto answered = answer(state, changes ? change_timeout : DaemonCalls::answer_timeout);
     if (!answered) return std::nullopt;
-    if (changes) note(state, nullptr, state.request.body);
+    // What a viewer may do has changed nothing.
+    if (changes && state.request.route->role != Role::viewer)
+        note(state, nullptr, without_long_texts(state.request.body));
     make_exact(answered->head);
     return json_answer(answered->head);
 }
