@@ -5,7 +5,7 @@
 install(TARGETS obscurad RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
 install(FILES config/demo.toml config/realtime.toml DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
-install(DIRECTORY config/models config/scenes config/sensors config/stars config/star-names config/examples config/instrument config/monitoring DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
+install(DIRECTORY config/models config/scenes config/sensors config/stars config/star-names config/examples config/instrument config/monitoring tools/editors DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
 # As in the source, so that their links hold.
 install(FILES README.md CONTRIBUTING.md CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}"
