@@ -33,7 +33,7 @@ arguments.add_argument("--firefox", action="store_true")
 arguments.add_argument("--axe", type=pathlib.Path)
 options = arguments.parse_args()
 driver, make_window = (firefox, firefox.Firefox) if options.firefox else (browser, browser.Browser)
-SCREENS = ["live", "timing", "camera", "scene", "faults", "transports", "system"]
+SCREENS = ["live", "timing", "camera", "scene", "faults", "transports", "system", "models"]
 FOCUSABLE = "a[href], button, select, input, textarea, summary, [tabindex]"
 failures, processes = [], []
 atexit.register(lambda: [process.kill() for process in processes])

@@ -14,6 +14,7 @@ THERE = {
     "scene": "document.querySelector('form select') && document.querySelector('section[aria-labelledby=s-bodies] tbody tr')",
     "faults": "document.querySelector('section[aria-labelledby=x-rules] p.small')",
     "transports": "document.querySelector('main table.facts')",
+    "models": "document.querySelector('#m-editor')?.shadowRoot?.querySelector('.cm-content') && document.querySelector('section[aria-labelledby=m-parameters] table') && !document.querySelector('#m-picture').hidden",
     "system": "document.querySelector('#log tbody tr') && document.querySelector('section[aria-labelledby=y-configuration] tbody')",
 }
 

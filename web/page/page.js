@@ -5,6 +5,7 @@ import {askJson, cameraPath, useCommand, useRepeated} from "./api.js";
 import {CameraScreen, fireSoftwareTrigger, triggerOf} from "./camera.js";
 import {Faults, strikingOf, useFaults} from "./faults.js";
 import {figure} from "./format.js";
+import {Later} from "./later.js";
 import {Live} from "./live.js";
 import {nameCellsWhenNarrow} from "./narrow.js";
 import {Said} from "./parts.js";
@@ -15,7 +16,9 @@ import {Transports} from "./transports.js";
 
 const STATE_MS = 500, ROLE_MS = 60000, STALE_S = 3;
 const SCREENS = [["live", "Live", Live], ["timing", "Timing", Timing], ["camera", "Camera", CameraScreen], ["scene", "Scene", Scene],
-                 ["faults", "Faults", Faults], ["transports", "Transports", Transports], ["system", "System", System]];
+                 ["faults", "Faults", Faults], ["transports", "Transports", Transports], ["system", "System", System], ["models", "Models", Models]];
+/** The editor is large, and loaded when it is opened. */
+function Models(given) { return html`<${Later} load=${() => import("./models.js")} name="Models" given=${given} />`; }
 const SIGNS = {good: "✓", bad: "✗", idle: "–"};
 
 /** Cameras of all daemons: {id, number, name, state, daemon}. */
