@@ -12,6 +12,7 @@
 
 namespace obscura::models {
 
+/// Parameters of a law, and the arguments of its functions that are the same for all samples.
 struct MaterialParameters : ModelParameters {
     double shininess = 1;
     /// Spectral bands: each is a channel, in fours; a function runs once for each four of them.

@@ -13,6 +13,7 @@ namespace obscura::scene {
 struct ModelTexture : ModelValues {
     /// Key of the image that is the argument `tex` of its functions.
     static constexpr std::string_view own_image = "tex";
+    /// File of an image, for one of the textures that the model reads.
     struct Image {
         std::string name; ///< of the parameter, or own_image
         std::string file;
