@@ -432,7 +432,7 @@ rate_hz = 5
 file = "scene.toml"
 [completely_different]
 )",
-     "c.toml:3:2: completely_different: unknown key, allowed scene, daemon, render, ptp, threads, monitor, "
+     "c.toml:3:2: completely_different: unknown key, allowed scene, daemon, render, ptp, threads, monitor, models, "
      "control, trigger, deadline, camera, simulator, outputs, gige, file, v4l2, stimulator, sensor"},
     {R"([scene]
 file = "scene.toml"
