@@ -102,8 +102,10 @@ NewFile scene_file(const std::string& name) {
         {"[[sky_object]]", "v_mag", "6"},
         {"[[landmark]]", "name", "\"crater\""},
         {"[[landmark]]", "body", "\"asteroid\""},
+        {"[[global]]", "name", "\"gain\""},
+        {"[[global]]", "values", "[1.0]"},
     };
-    file.absent = {"[[lamp]]", "[[stray_light]]", "[[sky_object]]", "[[landmark]]"};
+    file.absent = {"[[lamp]]", "[[stray_light]]", "[[sky_object]]", "[[landmark]]", "[[global]]"};
     file.left_out = {"[[body.height]]", "[[body.albedo]]", "[body.detail]"}; // of other shapes
     file.variants = {"shape = \"ellipsoid\"", "material = \"lambert\""};
     return file;
