@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "core/realtime/log.hpp"
 #include "core/text/printable.hpp"
-#include "core/text/text.hpp"
 #include "emulator/config/model_use.hpp"
 #include "emulator/control/model_examination.hpp"
 #include "models/model/entry_points.hpp"
@@ -110,21 +109,18 @@ json findings_of(const ModelExamination& examined) {
     return rows;
 }
 
-/// The first line of a text that is a comment, without its slashes.
+/// Title of a stored model; empty where it cannot be read now.
 std::string title_of(const std::filesystem::path& file) {
     try {
-        const std::string text = ModelStore::text_of(file);
-        if (!text.starts_with("//")) return "";
-        return printable(trimmed(std::string_view(text).substr(2, text.find('\n') - 2)), 100);
+        return models::title_comment(ModelStore::text_of(file));
     } catch (const Failure&) {
         return ""; // unreadable now; model.get says why
     }
 }
 
 std::string_view kind_of_name(const std::string& name) {
-    for (const models::ModelKind& kind : models::model_kinds())
-        if (name.ends_with(kind.ending)) return kind.name;
-    return "";
+    const models::ModelKind* const kind = models::kind_of_file(name);
+    return kind == nullptr ? "" : kind->name;
 }
 
 std::string base64(const std::string& bytes) {

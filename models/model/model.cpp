@@ -62,6 +62,11 @@ constexpr std::array<std::string_view, 8> known_properties{
 
 } // namespace
 
+std::string title_comment(std::string_view text) {
+    if (!text.starts_with("//")) return "";
+    return printable(trimmed(text.substr(2, text.find('\n') - 2)), 100);
+}
+
 std::shared_ptr<const Model> Model::load(const std::filesystem::path& file) {
     // Messages quote a text: that of a file which is no model stays where it is.
     if (const std::string why = unknown_ending(file.string()); !why.empty())

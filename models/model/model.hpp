@@ -40,6 +40,9 @@ struct Property {
     Place at;
 };
 
+/// The first line of a text, if it is a comment, without its slashes; printable, at most 100 characters.
+[[nodiscard]] std::string title_comment(std::string_view text);
+
 /// Immutable; thread-safe. Parameters point into the text, so it stays where it was made.
 class Model {
 public:

@@ -6,7 +6,6 @@
 #include "core/io/path_state.hpp"
 #include "core/io/text_file.hpp"
 #include "core/text/printable.hpp"
-#include "core/text/text.hpp"
 #include "images/writers/raw.hpp"
 #include "models/language/parser.hpp"
 #include "models/model/entry_points.hpp"
@@ -42,12 +41,6 @@ std::string value_text(const models::Parameter& p) {
 
 std::string range_text(const models::Parameter& p) {
     return std::isfinite(p.min) || std::isfinite(p.max) ? fmt::format("{} to {}", p.min, p.max) : "any";
-}
-
-/// The first line of a text that is a comment, without its slashes.
-std::string title_comment(const std::string& text) {
-    if (!text.starts_with("//")) return "";
-    return printable(trimmed(std::string_view(text).substr(2, text.find('\n') - 2)), 100);
 }
 
 std::string source_of(const fs::path& file) {
@@ -107,7 +100,7 @@ public:
     int run() override {
         json list = json::array();
         for (const fs::path& file : shipped_model_files()) {
-            const std::string what = title_comment(source_of(file));
+            const std::string what = models::title_comment(source_of(file));
             const std::string_view kind = models::kind_of_file(file.string())->name;
             if (json_)
                 list.push_back({{"name", file.stem().string()},
@@ -165,7 +158,8 @@ private:
 
     static void print_table(const models::Model& model, const ModelCost& cost) {
         fmt::print("{}\n", model.name());
-        if (const std::string what = title_comment(model.text()); !what.empty()) fmt::print("{}\n", what);
+        if (const std::string what = models::title_comment(model.text()); !what.empty())
+            fmt::print("{}\n", what);
         fmt::print("kind        {}\n", models::kind_of(model)->name);
         fmt::print("cost        {} operations a sample, {} values in use at once\n", cost.operations,
                    cost.slots);
