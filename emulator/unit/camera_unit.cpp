@@ -210,7 +210,7 @@ void CameraUnit::report_pose_ages() {
         for (const std::string& line : renderer::presets_out_of_range(scene(), imaging_->renderer->view(*at)))
             log_warning("material: {}", line);
         for (const std::string& line : renderer::model_warnings(scene()))
-            log_warning("material: {}", line);
+            log_warning("model: {}", line);
     }
     double largest_s = 0;
     for (const renderer::AgedPoses& aged : renderer::aged_poses(scene(), to_seconds(at->ns))) {
