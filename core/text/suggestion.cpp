@@ -38,7 +38,9 @@ std::optional<std::string_view> closest_word(std::string_view word,
         if (word.size() >= 3 && candidate.substr(0, word.size() + 1) == std::string(word) + "_") score = 1;
         if (score < best_score) best = candidate, best_score = score;
     }
-    if (best_score > std::max<std::size_t>(1, word.size() / 3)) return std::nullopt;
+    // Each letter is one edit from each other letter: a name of one letter is never a misspelt one.
+    const std::size_t max_score = word.size() < 2 ? 0 : std::max<std::size_t>(1, word.size() / 3);
+    if (best_score > max_score) return std::nullopt;
     return best;
 }
 

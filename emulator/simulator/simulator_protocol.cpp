@@ -2,6 +2,7 @@
 #include "emulator/simulator/simulator_protocol.hpp"
 
 #include "core/pose_range.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 
@@ -110,7 +111,8 @@ SimulatorLine parse_simulator_line(std::string_view line) {
     }
     if (command == "state" && next_word(rest).empty()) return StateLine{};
     if (command == "token") return TokenLine{next_word(rest)};
-    return BadLine{"unknown command, allowed are pose, step and state"};
+    return BadLine{
+        fmt::format("unknown command, {}", allowed_words(command, {"pose", "step", "state", "token"}))};
 }
 
 } // namespace obscura::emulator

@@ -5,6 +5,8 @@
 #include "core/error.hpp"
 #include "core/realtime/log.hpp"
 #include "core/realtime/realtime.hpp"
+#include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "sync/inputs/ipv4_endpoint.hpp"
 
 #include <fmt/format.h>
@@ -34,11 +36,12 @@ constexpr std::int64_t step_check_interval_ns = 100 * ns_per_ms;
 /// Longest time without a proof: the places of clients are few.
 constexpr std::chrono::seconds admission_time{5};
 
-std::string explain_unknown_name(const PoseRings& rings) {
-    std::string names;
+std::string explain_unknown_name(std::string_view wanted, const PoseRings& rings) {
+    std::vector<std::string_view> names;
     for (const auto& [name, unused] : rings)
-        names += (names.empty() ? "" : ", ") + name;
-    return fmt::format("pose: nothing in the scene has that name, allowed are {}", names);
+        names.push_back(name);
+    return fmt::format("pose: nothing in the scene is called \"{}\", {}", printable(wanted, 60),
+                       allowed_words(wanted, names));
 }
 
 /// About the last frame, for the end of an answer.
@@ -70,7 +73,6 @@ SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& ca
                                  const RenderScheduling& render, const std::optional<service::Token>& token)
     : listen_(std::move(listen)),
       rings_(std::move(rings)),
-      unknown_name_(explain_unknown_name(rings_)),
       camera_(camera),
       clock_(clock),
       scheduling_(render) {
@@ -312,7 +314,7 @@ void SimulatorServer::admit(Client& client) {
 
 std::string SimulatorServer::take_pose(const PoseLine& line) {
     const auto ring = rings_.find(line.name);
-    if (ring == rings_.end()) return unknown_name_;
+    if (ring == rings_.end()) return explain_unknown_name(line.name, rings_);
     const std::lock_guard lock(pushing_);
     if (!ring->second->push(to_seconds(line.time.ns), line.pose, line.rates))
         return "pose: TIME: not later than the pose before";

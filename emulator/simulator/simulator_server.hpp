@@ -130,7 +130,6 @@ private:
 
     const std::string listen_;
     const PoseRings rings_;
-    const std::string unknown_name_; ///< answer to a pose of something that the scene does not have
     Camera& camera_;
     const Clock& clock_;
     RenderScheduling scheduling_;

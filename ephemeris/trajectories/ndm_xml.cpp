@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "core/text/text.hpp"
 
 #include <fmt/format.h>
@@ -89,8 +90,8 @@ private:
         const pugi::xml_attribute units = leaf.attribute("units");
         if (units &&
             std::find(kvn_units.begin(), kvn_units.end(), std::string_view(units.value())) == kvn_units.end())
-            fail(leaf, fmt::format("units \"{}\", allowed {}", printable(units.value(), 40),
-                                   fmt::join(kvn_units.begin(), kvn_units.end() - 1, ", ")));
+            fail(leaf, fmt::format("units \"{}\", {}", printable(units.value(), 40),
+                                   allowed_words(units.value(), {kvn_units.begin(), kvn_units.end() - 1})));
         const std::string_view text = trimmed(leaf.child_value(), xml_blanks);
         // A value is one line of the notation.
         if (text.find('\n') != std::string_view::npos)

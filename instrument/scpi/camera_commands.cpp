@@ -119,9 +119,15 @@ std::string counters(const ScpiCall& call) {
             all.push_back(count);
         return fmt::format("{}", fmt::join(all, ","));
     }
-    for (const auto& [name, count] : state.counters)
-        if (name == string_of(call.parameters[0])) return fmt::format("{}", count);
-    throw ScpiError(ScpiCode::illegal_parameter_value, "no such counter: COUNters:CATalog? names them");
+    const std::string& wanted = string_of(call.parameters[0]);
+    std::vector<std::string_view> names;
+    for (const auto& [name, count] : state.counters) {
+        if (name == wanted) return fmt::format("{}", count);
+        names.push_back(name);
+    }
+    throw ScpiError(
+        ScpiCode::illegal_parameter_value,
+        fmt::format("no such counter{}: COUNters:CATalog? names them", did_you_mean(wanted, names)));
 }
 
 std::string counter_names(const ScpiCall& call) {
@@ -132,11 +138,17 @@ std::string counter_names(const ScpiCall& call) {
 }
 
 std::string latency(const ScpiCall& call) {
-    for (const Latency& one : state_of(call).latencies)
-        if (one.name == string_of(call.parameters[0]))
+    const std::string& wanted = string_of(call.parameters[0]);
+    const CameraState state = state_of(call);
+    std::vector<std::string_view> names;
+    for (const Latency& one : state.latencies) {
+        if (one.name == wanted)
             return fmt::format("{},{},{},{}", number_text(one.count), number_text(one.p50 / us_per_s),
                                number_text(one.p99 / us_per_s), number_text(one.max / us_per_s));
-    throw ScpiError(ScpiCode::illegal_parameter_value, "no such latency");
+        names.push_back(one.name);
+    }
+    throw ScpiError(ScpiCode::illegal_parameter_value,
+                    fmt::format("no such latency, {}", allowed_words(wanted, names)));
 }
 
 std::string latency_names(const ScpiCall& call) {

@@ -36,7 +36,8 @@ std::int32_t parent_of(const std::vector<Body>& bodies, const std::string& paren
     if (parent == camera_name) return camera_parent;
     const std::int32_t index = index_of(bodies, parent);
     if (index < 0)
-        throw ConfigError(fmt::format("{}: its parent '{}' is no body of the scene", place, parent));
+        throw ConfigError(fmt::format("{}: its parent '{}' is no body of the scene{}", place, parent,
+                                      did_you_mean(parent, names_of(bodies))));
     return index;
 }
 

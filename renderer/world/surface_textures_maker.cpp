@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/io/path_state.hpp"
+#include "core/text/suggestion.hpp"
 #include "core/units.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/materials/file_materials.hpp"
@@ -241,12 +242,11 @@ void SurfaceTexturesMaker::set_maps(const scene::Body& body, const Reading& read
         const auto found = std::find_if(parameters.begin(), parameters.end(),
                                         [&](const VaryingParameter& p) { return p.name == map.name; });
         if (found == parameters.end()) {
-            std::vector<std::string_view> names;
+            std::vector<std::string_view> names{"albedo"};
             for (const VaryingParameter& p : parameters)
                 names.push_back(p.name);
-            throw ConfigError(fmt::format("{}: no texture can give its material's {}: allowed are albedo{}{}",
-                                          reading.place, map.name, names.empty() ? "" : ", ",
-                                          fmt::join(names, ", ")));
+            throw ConfigError(fmt::format("{}: no texture can give its material's {}: {}", reading.place,
+                                          map.name, allowed_words(map.name, names)));
         }
         const auto index = static_cast<std::size_t>(found - parameters.begin());
         SurfaceTextures::Map made{index, {}, map.at_zero, map.at_one - map.at_zero};

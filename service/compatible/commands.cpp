@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/compatible/commands.hpp"
 
+#include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 #include "service/compatible/command_rows.hpp"
 
 #include <fmt/format.h>
@@ -18,6 +20,13 @@ const Command* find_command(std::string_view name) noexcept {
     const auto found = std::lower_bound(all.begin(), all.end(), name,
                                         [](const Command& row, std::string_view n) { return row.name < n; });
     return found != all.end() && found->name == name ? &*found : nullptr;
+}
+
+std::string explain_unknown_command(std::string_view name) {
+    std::vector<std::string_view> known;
+    for (const Command& command : commands())
+        known.push_back(command.name);
+    return fmt::format("no call '{}'{}", printable(name, 60), did_you_mean(name, known));
 }
 
 std::string signature(const Command& command) {

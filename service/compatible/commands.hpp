@@ -83,4 +83,7 @@ struct Command {
 /// "setFocus(focus_plane_Z: number, pupil_radius: number)", and its results behind an arrow.
 [[nodiscard]] std::string signature(const Command& command);
 
+/// Message about a call that is none: the name, and the call that was likely meant.
+[[nodiscard]] std::string explain_unknown_command(std::string_view name);
+
 } // namespace obscura::service::compatible

@@ -263,8 +263,7 @@ void Connection::run(Session& session, const ReadRequest& request) {
         answer(request, command, name, std::move(failed), true);
     };
     try {
-        if (command == nullptr)
-            throw Failure(FailureCode::unknown_call, fmt::format("no call '{}'", printable(name, 60)));
+        if (command == nullptr) throw Failure(FailureCode::unknown_call, explain_unknown_command(name));
         session.run(*command, Arguments(*command, request.message), job, reply);
         answer(request, command, name, std::move(reply), false);
     } catch (const Failure& failure) {

@@ -454,7 +454,7 @@ listen = "127.0.0.1:{port}"
             numbers = [move(camera, simulator, t) for t in (0.5, 1.0, 1.5)]
             if move is by_calls:
                 check_refused("a step back is refused", "not-now", "not later", lambda: camera.step(1))
-                check_refused("an unknown name is refused with those that are known", "bad-argument", "allowed are body0, camera",
+                check_refused("an unknown name is refused with those that are known", "bad-argument", "allowed body0, camera",
                               lambda: camera.pose("nobody", 9, (0, 0, 0)))
                 check_refused("a name is one word", "bad-argument", "without blanks", lambda: camera.pose("camera 1\nstep", 9, (0, 0, 0)))
                 check_refused("a pose of the past is refused", "bad-argument", "not later", lambda: camera.pose("camera", 1, (0, 0, 0)))

@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/text/printable.hpp"
+#include "core/text/suggestion.hpp"
 
 #include <fmt/format.h>
 
@@ -114,8 +115,8 @@ JsonFields JsonFields::element(std::string_view key, std::size_t index) {
 void JsonFields::end() const {
     for (const auto& [key, value] : object_.items())
         if (read_.find(key) == read_.end())
-            throw InputError(fmt::format("{}: {}: is not known, allowed are {}", file_, place_of(key),
-                                         fmt::join(read_, ", ")));
+            throw InputError(fmt::format("{}: {}: is not known, {}", file_, place_of(key),
+                                         allowed_words(key, {read_.begin(), read_.end()})));
 }
 
 } // namespace obscura::tools

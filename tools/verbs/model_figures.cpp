@@ -140,8 +140,8 @@ public:
         for (const auto& [ending, what] : tools.plots)
             endings.push_back(ending);
         if (std::find(endings.begin(), endings.end(), file.extension().string()) == endings.end())
-            throw host::UsageError(fmt::format("--output {}: allowed endings are {}", printable(output_),
-                                               fmt::join(endings, ", ")));
+            throw host::UsageError(fmt::format("--output {}: the ending of its name: {}", printable(output_),
+                                               allowed_words(file.extension().string(), endings)));
         tools.plot(p, arguments_.title(), file);
         return exit_ok;
     }

@@ -66,7 +66,7 @@ TEST_CASE("lines of the simulator") {
     for (const char* time : {"", "-1", "1e3", "0x1", "1000000000", "1.0000000001", "."})
         CHECK_THAT(why(std::string("step ") + time), ContainsSubstring("TIME"));
     CHECK_THAT(why("step 1 2"), ContainsSubstring("TIME"));
-    CHECK_THAT(why("jump"), ContainsSubstring("allowed are"));
+    CHECK_THAT(why("posse"), ContainsSubstring("allowed pose, step, state, token; did you mean \"pose\"?"));
     CHECK_THAT(why(std::string(1000, 'a')), ContainsSubstring("512"));
 }
 
@@ -276,7 +276,8 @@ TEST_CASE("steps and poses of callers that are no clients of the port") {
 
     CHECK(server.pose({"camera", Time{1}, {}}).empty());
     CHECK_THAT(server.pose({"camera", Time{1}, {}}), ContainsSubstring("not later"));
-    CHECK_THAT(server.pose({"nobody", Time{1}, {}}), ContainsSubstring("allowed are camera"));
+    CHECK_THAT(server.pose({"camrea", Time{1}, {}}),
+               ContainsSubstring("allowed camera") && ContainsSubstring("did you mean \"camera\"?"));
     CHECK(server.counters().steps == 3);
     CHECK(server.counters().poses == 1);
     CHECK(server.counters().refused == 7);

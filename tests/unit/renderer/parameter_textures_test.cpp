@@ -262,11 +262,10 @@ TEST_CASE("Texels that a law does not allow, and parameters that it has not, are
     set_texture(s, "slope", file, 0.2, -0.1);
     CHECK_THAT(refusal(s), ContainsSubstring("least texels of its parameters: slope -0.0999"));
     set_texture(s, "exponent", file, 0, 1);
-    CHECK(refusal(s) ==
-          "body 'plate': no texture can give its material's exponent: allowed are albedo, slope");
+    CHECK(refusal(s) == "body 'plate': no texture can give its material's exponent: allowed albedo, slope");
     s = plate_scene(folder, renderer::LambertParameters{0.5}, 8);
     set_texture(s, "roughness", file, 0, 1);
-    CHECK(refusal(s) == "body 'plate': no texture can give its material's roughness: allowed are albedo");
+    CHECK(refusal(s) == "body 'plate': no texture can give its material's roughness: allowed albedo");
     // Energy: diffuse and specular together, at their largest.
     s = plate_scene(folder, renderer::PhongParameters{0.3, 0.3, 20}, 8);
     set_texture(s, "diffuse", file, 0, 0.8);

@@ -124,7 +124,7 @@ TEST_CASE("a bad plan is refused in one line that names place, cause and what is
     CHECK(refusal("\"\xff\"").starts_with("p:1:"));
     CHECK(changed(at("/format"), "x") == "p: format: \"x\": allowed is \"obscura batch plan\"");
     CHECK(changed(at("/format_version"), 2) == "p: format_version: 2: allowed is 1: make a new plan");
-    CHECK(changed(at("/more"), 1).starts_with("p: more: is not known, allowed are assets, format, "));
+    CHECK(changed(at("/more"), 1).starts_with("p: more: is not known, allowed assets, format, "));
     CHECK(changed(at("/scene/file"), "../a.toml") ==
           "p: scene.file: \"../a.toml\": allowed is an absolute path without \".\" and \"..\"");
     CHECK(changed(at("/assets/0/file"), "/scenes/../../etc/shadow")

@@ -223,6 +223,9 @@ TEST_CASE("an unknown command and wrong arguments are lines, and the connection 
     client.call("makeCoffee");
     client.call("version");
     CHECK_THROWS_WITH(client.wait_for("version"), "[error] no call 'makeCoffee'");
+    client.call("verison");
+    client.call("version");
+    CHECK_THROWS_WITH(client.wait_for("version"), "[error] no call 'verison'; did you mean \"version\"?");
     client.write(compatible::encode({}));
     client.call("version");
     CHECK_THROWS_WITH(client.wait_for("version"), "[error] no call ''");
