@@ -222,7 +222,7 @@ void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Table
 scene::Scene read_scene(const DaemonConfig& config, config::Mistakes& mistakes) {
     scene::Scene scene;
     if (config.scene_file.empty()) return scene;
-    const scene::UseModels models(model_use(config));
+    const models::UseModels models(model_use(config));
     mistakes.collect([&] { scene = scene::load_scene(config.scene_file); });
     return scene;
 }
@@ -358,7 +358,7 @@ std::string print_config(const DaemonConfig& config) {
 
 DaemonConfig with_scene(DaemonConfig config, const std::filesystem::path& scene_file) {
     const std::filesystem::path file = absolute_path(scene_file);
-    const scene::UseModels models(model_use(config));
+    const models::UseModels models(model_use(config));
     const scene::Scene scene = scene::load_scene(file);
     std::vector<DaemonConfig*> cameras{&config};
     for (DaemonConfig& other : config.others)

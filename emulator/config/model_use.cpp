@@ -49,8 +49,8 @@ void enter_model_thread(const CoreSet& cores) noexcept {
     pin_this_thread(cores);
 }
 
-scene::ModelUse model_use(const DaemonConfig& config) {
-    scene::ModelUse use;
+models::ModelUse model_use(const DaemonConfig& config) {
+    models::ModelUse use;
     use.folder = models_folder(config.models);
     if (config.models.native == NativeModels::off) use.execution.target = models::NativeTarget::none;
     use.execution.max_ns = config.models.max_ns_per_evaluation;

@@ -4,13 +4,13 @@
 
 #include "core/realtime/realtime.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "renderer/scene/model_use.hpp"
+#include "models/values/model_use.hpp"
 
 namespace obscura::emulator {
 
 /// Models are read, and programs made and measured, at nice level 10 off the cores that the configuration
 /// gives to rendering and to threads with a priority.
-[[nodiscard]] scene::ModelUse model_use(const DaemonConfig& config);
+[[nodiscard]] models::ModelUse model_use(const DaemonConfig& config);
 
 /// First call of a thread that reads models: name, nice level 10, and cores; none: any.
 void enter_model_thread(const CoreSet& cores) noexcept;

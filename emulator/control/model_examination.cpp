@@ -9,7 +9,8 @@
 #include "models/lowering/lowering.hpp"
 #include "models/model/entry_points.hpp"
 #include "models/model/model.hpp"
-#include "renderer/scene/model_values.hpp"
+#include "models/values/model_values.hpp"
+#include "renderer/scene/scene_text.hpp"
 #include "tools/model/kind_tools.hpp"
 
 #include <fmt/format.h>
@@ -28,7 +29,7 @@ namespace {
 
 using nlohmann::json;
 
-json parameters_of(const scene::LoadedModel& loaded) {
+json parameters_of(const models::LoadedModel& loaded) {
     json rows = json::array();
     const auto limit = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
     for (std::size_t i = 0; i < loaded.model->parameters().size(); ++i) {
@@ -79,9 +80,9 @@ void add_lines(const std::string& name, std::string_view lines, std::vector<mode
     }
 }
 
-std::shared_ptr<const scene::LoadedModel> loaded_text(const std::string& name, const std::string& text,
-                                                      const models::Execution& execution) {
-    return scene::loaded_model(models::Model::parse(name, text), execution);
+std::shared_ptr<const models::LoadedModel> loaded_text(const std::string& name, const std::string& text,
+                                                       const models::Execution& execution) {
+    return models::loaded_model(models::Model::parse(name, text), execution);
 }
 
 } // namespace
@@ -101,10 +102,10 @@ ModelExamination examine_model(const std::string& name, const std::string& text,
     examined.findings = findings.sorted();
     if (model == nullptr) return examined;
     const tools::KindTools& kind = tools::tools_of(*model);
-    const auto loaded = scene::loaded_model(model, execution);
+    const auto loaded = models::loaded_model(model, execution);
     examined.parameters = parameters_of(*loaded);
     try {
-        const scene::ModelValues values = scene::defaults_of(loaded);
+        const models::ModelValues values = models::defaults_of(loaded);
         const tools::ModelVerdict verdict = kind.check(values);
         examined.cost = cost_of(kind.cost(values));
         if (!verdict.refusal.empty()) examined.findings.push_back({verdict.at, true, verdict.refusal});
@@ -143,7 +144,7 @@ std::string plot_of(const std::string& name, const std::string& text, const std:
     };
     const std::unique_ptr<const std::filesystem::path, decltype(remove)> removed(&file, remove);
     tools::tools_of(*loaded->model)
-        .plot(scene::defaults_of(loaded), std::filesystem::path(name).stem().string(), file);
+        .plot(models::defaults_of(loaded), std::filesystem::path(name).stem().string(), file);
     return scene::text_of_file(file);
 }
 

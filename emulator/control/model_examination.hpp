@@ -3,7 +3,7 @@
 #pragma once
 
 #include "models/language/findings.hpp"
-#include "renderer/scene/model_use.hpp"
+#include "models/values/model_use.hpp"
 
 #include <nlohmann/json.hpp>
 

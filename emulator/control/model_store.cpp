@@ -11,7 +11,7 @@
 #include "images/writers/raw.hpp"
 #include "models/language/parser.hpp"
 #include "models/model/entry_points.hpp"
-#include "renderer/scene/model_use.hpp"
+#include "renderer/scene/scene_text.hpp"
 #include "service/failure.hpp"
 
 #include <fmt/format.h>

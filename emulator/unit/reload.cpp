@@ -4,7 +4,8 @@
 #include "config/document.hpp"
 #include "core/fnv.hpp"
 #include "models/model/entry_points.hpp"
-#include "renderer/scene/model_use.hpp"
+#include "models/values/model_use.hpp"
+#include "renderer/scene/scene_text.hpp"
 
 #include <fmt/format.h>
 
@@ -96,7 +97,7 @@ std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file,
     for (const std::string& quoted : scene::quoted_texts(text)) {
         add(scene_file.parent_path() / quoted);
         for (const models::ModelKind& kind : models::model_kinds())
-            if (const auto model = scene::find_model(models_folder, quoted, kind.ending)) add(*model);
+            if (const auto model = models::find_model(models_folder, quoted, kind.ending)) add(*model);
     }
     return text.empty() ? 0 : print;
 }

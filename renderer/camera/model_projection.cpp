@@ -50,10 +50,10 @@ models::SensorPlane sensor_plane(const scene::Camera& camera) {
 }
 
 models::ProjectionProgram projection_program(const scene::Camera& camera) {
-    const scene::ModelValues& own = camera.own_projection;
+    const models::ModelValues& own = camera.own_projection;
     if (own.loaded == nullptr)
         throw ConfigError("camera: the model's file is missing: write projection = { model = \"FILE.prj\" }");
-    return {own.loaded->model, scene::program_parameters(own), sensor_plane(camera)};
+    return {own.loaded->model, models::program_parameters(own), sensor_plane(camera)};
 }
 
 ModelProjection::ModelProjection(const scene::Camera& camera)

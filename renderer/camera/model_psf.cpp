@@ -33,10 +33,10 @@ void look_at_places(const models::PsfProgram& psf, const scene::Camera& camera,
 } // namespace
 
 models::PsfProgram psf_program(const scene::Camera& camera) {
-    const scene::ModelValues& own = camera.psf.own;
+    const models::ModelValues& own = camera.psf.own;
     if (own.loaded == nullptr)
         throw ConfigError("camera: psf: the model's file is missing: write psf = { model = \"FILE.psf\" }");
-    models::PsfProgram psf(own.loaded->model, scene::program_parameters(own));
+    models::PsfProgram psf(own.loaded->model, models::program_parameters(own));
     look_at_places(psf, camera, [&](const models::PsfReport& report, const std::string& place) {
         const std::string why = models::refusal_by(report, camera.psf.core_px);
         if (!why.empty())

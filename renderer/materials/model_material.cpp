@@ -37,7 +37,7 @@ models::MaterialParameters law_parameters(const ModelMaterialParameters& p, std:
     if (p.loaded == nullptr)
         throw ConfigError(
             "material: the model's file is missing: write material = { model = \"FILE.brdf\" }");
-    models::MaterialParameters parameters{scene::program_parameters(p)};
+    models::MaterialParameters parameters{models::program_parameters(p)};
     parameters.varied = std::move(varied);
     parameters.shininess = p.shininess;
     parameters.bands = p.bands;
@@ -47,7 +47,7 @@ models::MaterialParameters law_parameters(const ModelMaterialParameters& p, std:
 } // namespace
 
 ModelMaterialParameters load_material_model(const std::string& file) {
-    return {scene::defaults_of(scene::load_model(file, "material"))};
+    return {models::defaults_of(models::load_model(file, "material"))};
 }
 
 scene::ParameterList declare(ModelMaterialParameters& p, const config::Value* table) {
@@ -156,7 +156,7 @@ void check_model_material(const scene::Scene& scene, const scene::Body& body, co
     const auto* const p = material.get_if<ModelMaterialParameters>();
     if (p == nullptr) return;
     if (p->loaded != nullptr)
-        if (const std::string why = scene::explain_channels(*p, p->bands); !why.empty())
+        if (const std::string why = models::explain_channels(*p, p->bands); !why.empty())
             throw ConfigError(fmt::format("{}: {}: {}", place, p->loaded->model->name(), why));
     const models::MaterialProgram law(p->loaded != nullptr ? p->loaded->model : nullptr,
                                       law_parameters(*p, {}));

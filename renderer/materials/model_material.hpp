@@ -3,9 +3,9 @@
 #pragma once
 
 #include "models/kinds/material_program.hpp"
+#include "models/values/model_values.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/scene/kind.hpp"
-#include "renderer/scene/model_values.hpp"
 #include "renderer/scene/scene.hpp"
 
 #include <memory>
@@ -16,7 +16,7 @@
 namespace obscura::renderer {
 
 /// Parameters of ModelMaterial: those that the model declares.
-struct ModelMaterialParameters : scene::ModelValues {
+struct ModelMaterialParameters : models::ModelValues {
     static constexpr std::string_view kind = "model";
     static constexpr std::string_view help =
         "A law of your own in a SuMoL file, see models.md: material = { model = \"FILE.brdf\", PARAMETER = VALUE }.";

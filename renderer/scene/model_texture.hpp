@@ -2,7 +2,7 @@
 // Texture that a user has written in SuMoL, as a scene holds it.
 #pragma once
 
-#include "renderer/scene/model_values.hpp"
+#include "models/values/model_values.hpp"
 
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@
 namespace obscura::scene {
 
 /// A texture model with values of its parameters and the images that it reads.
-struct ModelTexture : ModelValues {
+struct ModelTexture : models::ModelValues {
     /// Key of the image that is the argument `tex` of its functions.
     static constexpr std::string_view own_image = "tex";
     /// File of an image, for one of the textures that the model reads.

@@ -341,10 +341,10 @@ struct PointSpread {
         model,    ///< density() of `own`
     };
     Model model = Model::gaussian;
-    double obscuration = 0; ///< central obscuration: diameter over the aperture's
-    double defocus_m = 0;   ///< distance of the focus from the sensor; not for tables
-    std::string file{};     ///< FITS, see renderer/camera/psf_file.hpp
-    ModelValues own{};      ///< a model of kind psf
+    double obscuration = 0;    ///< central obscuration: diameter over the aperture's
+    double defocus_m = 0;      ///< distance of the focus from the sensor; not for tables
+    std::string file{};        ///< FITS, see renderer/camera/psf_file.hpp
+    models::ModelValues own{}; ///< a model of kind psf
     /// Core radius, within which camera samples are displaced; light beyond it is in the wings.
     double core_px = 16;
     double wings_px = 0; ///< wing radius; 0: no wings, all light is in the core
@@ -386,7 +386,7 @@ struct Camera {
     /// Inertial velocity for Scene::aberration; zero: that of `motion`.
     Vec3 velocity_m_s{};
     Projection projection = Projection::pinhole;
-    ModelValues own_projection{}; ///< a model of kind projection
+    models::ModelValues own_projection{}; ///< a model of kind projection
     Distortion distortion{};
     /// Principal point from the centre of the sensor: right, down.
     std::array<double, 2> principal_offset_px{0, 0};
@@ -450,7 +450,7 @@ struct Scene {
     std::vector<SpectralBand> bands{SpectralBand{}};
     std::vector<StrayLight> stray_light{};
     std::vector<Landmark> landmarks{};
-    std::vector<Global> globals{}; ///< of the models that users have written
+    std::vector<models::Global> globals{}; ///< of the models that users have written
     /// Light-time correction: points of bodies are seen where they were when their light left them, also
     /// from one body to another (renderer/world/light_time.hpp).
     bool light_time = false;

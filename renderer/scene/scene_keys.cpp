@@ -213,7 +213,7 @@ config::Keys keys_of(Lamp& s) {
     };
 }
 
-config::Keys keys_of(Global& s) {
+config::Keys keys_of(models::Global& s) {
     return {
         config::key("name", &s.name).required().help("Name of the global in the texts of models"),
         config::key("values", &s.values)

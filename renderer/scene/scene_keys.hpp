@@ -22,7 +22,7 @@ constexpr config::Range longitudes_deg{-360, 360}, latitudes_deg{-90, 90};
 [[nodiscard]] config::Keys keys_of(Body& body);
 [[nodiscard]] config::Keys keys_of(Lamp& lamp);
 [[nodiscard]] config::Keys keys_of(SpectralBand& band);
-[[nodiscard]] config::Keys keys_of(Global& landmark);
+[[nodiscard]] config::Keys keys_of(models::Global& landmark);
 [[nodiscard]] config::Keys keys_of(Landmark& landmark);
 [[nodiscard]] config::Keys keys_of(StrayLight& stray);
 

@@ -2,9 +2,9 @@
 #include "renderer/scene_files/camera_section.hpp"
 
 #include "core/camera/pixel_pitch.hpp"
+#include "models/values/model_table.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
-#include "renderer/scene_files/model_table.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 
@@ -27,16 +27,16 @@ struct CameraPlace {
 void read_vibration(Camera& camera, const std::string& word, const config::ReadTable& table) {
     if (!word.empty())
         table.refuse("vibration", "allowed is a table: write vibration = { model = \"FILE.mot\" }");
-    if (const auto own = read_model(table, "vibration", "motion"))
+    if (const auto own = models::read_model(table, "vibration", "motion"))
         table.refuse_if_thrown("vibration", [&] {
-            camera.vibration =
-                std::make_shared<const models::MotionProgram>(own->loaded->model, program_parameters(*own));
+            camera.vibration = std::make_shared<const models::MotionProgram>(
+                own->loaded->model, models::program_parameters(*own));
         });
 }
 
 /// Reads `psf = { model = "FILE.psf", PARAMETER = VALUE }`.
 void read_psf(PointSpread& psf, const config::ReadTable& table) {
-    if (auto own = read_model(table, "psf", "psf")) {
+    if (auto own = models::read_model(table, "psf", "psf")) {
         psf.model = PointSpread::Model::model;
         psf.own = *std::move(own);
     } else if (psf.model == PointSpread::Model::model) {
@@ -46,7 +46,7 @@ void read_psf(PointSpread& psf, const config::ReadTable& table) {
 
 /// Reads `projection = { model = "FILE.prj", PARAMETER = VALUE }`.
 void read_projection(Camera& camera, const config::ReadTable& table) {
-    if (auto own = read_model(table, "projection", "projection")) {
+    if (auto own = models::read_model(table, "projection", "projection")) {
         camera.projection = Projection::model;
         camera.own_projection = *std::move(own);
     } else if (camera.projection == Projection::model) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/model_table.hpp"
 
-#include "core/io/path_state.hpp"
+#include "models/values/model_table.hpp"
 #include "renderer/materials/model_material.hpp"
-#include "renderer/scene/model_use.hpp"
 #include "renderer/scene_files/parameter_texture.hpp"
 
 #include <fmt/format.h>
@@ -15,29 +14,6 @@
 
 namespace obscura::scene {
 namespace {
-
-constexpr std::string_view model_name = "model";
-
-config::Key model_key(std::string& file) {
-    return config::key(model_name, config::Path{&file, false})
-        .required()
-        .help("SuMoL file of the model, or the name of a shipped one");
-}
-
-/// Reads the name of the file alone, since the other keys are the model's. Throws ConfigError.
-std::string model_file(const config::Value& table, const config::Where& where, std::string_view kind) {
-    std::vector<std::string_view> others;
-    for (const config::Member& member : table.members)
-        if (member.key != model_name) others.push_back(member.key);
-    std::string file;
-    (void)config::read_keys(table, where, {model_key(file)}, others);
-    const config::Value& value = table.find(model_name)->value;
-    const config::ShippedFolder shipped = shipped_models(kind);
-    if (is_file_at(file)) return file;
-    if (const auto own = find_model(UseModels::current().folder, value.string, shipped.ending))
-        return own->string();
-    return config::file_of_key(value, where.in(model_name), file, shipped);
-}
 
 /// Keys of the textures of the model, which are files, and of images of other parameters.
 struct TextureKeys {
@@ -68,43 +44,26 @@ struct TextureKeys {
 
 } // namespace
 
-std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
-                                      std::string_view kind) {
-    const config::Member* const member = table.table() == nullptr ? nullptr : table.table()->find(key);
-    if (member == nullptr || member->value.kind != config::Value::Kind::table) return {};
-    const config::Where where = table.where().in(key);
-    std::optional<ModelValues> read;
-    (void)table.mistakes().collect([&] {
-        std::string file = model_file(member->value, where, kind);
-        ModelValues p = defaults_of(load_model(file, kind));
-        config::Keys keys = parameter_keys(p, &member->value);
-        keys.push_back(model_key(file));
-        (void)config::read_keys(member->value, where, keys, table.mistakes());
-        read = std::move(p);
-    });
-    return read;
-}
-
 std::shared_ptr<const ModelTexture> read_texture_model(const config::ReadTable& table, std::string_view key) {
     const config::Member* const member = table.table()->find(key);
     if (member == nullptr || member->value.kind != config::Value::Kind::table) return nullptr;
     const config::Where where = table.where().in(key);
     std::shared_ptr<const ModelTexture> read;
     (void)table.mistakes().collect([&] {
-        std::string file = model_file(member->value, where, "texture");
-        ModelTexture texture{defaults_of(load_model(file, "texture"))};
+        std::string file = models::model_file(member->value, where, "texture");
+        ModelTexture texture{models::defaults_of(models::load_model(file, "texture"))};
         const auto& parameters = texture.loaded->model->parameters();
         texture.images.push_back({std::string(ModelTexture::own_image), ""});
         for (const models::Parameter& p : parameters)
             if (p.type == models::Type::texture && p.name != ModelTexture::own_image)
                 texture.images.push_back({std::string(p.name), ""});
-        config::Keys keys{model_key(file)};
+        config::Keys keys{models::model_key(file)};
         for (ModelTexture::Image& image : texture.images)
             keys.push_back(config::key(image.name, config::Path{&image.file, true, true})
                                .help("Image that the texture reads"));
         for (std::size_t i = 0; i < parameters.size(); ++i)
             if (!parameters[i].global && parameters[i].type != models::Type::texture)
-                keys.push_back(parameter_key(texture, i, &member->value));
+                keys.push_back(models::parameter_key(texture, i, &member->value));
         (void)config::read_keys(member->value, where, keys, table.mistakes());
         std::erase_if(texture.images, [](const ModelTexture::Image& image) { return image.file.empty(); });
         read = std::make_shared<ModelTexture>(std::move(texture));
@@ -120,12 +79,12 @@ void read_material_model(const config::ReadTable& table, Body& body) {
     }
     const config::Where where = table.where().in("material");
     (void)table.mistakes().collect([&] {
-        std::string file = model_file(member->value, where, "material");
+        std::string file = models::model_file(member->value, where, "material");
         renderer::ModelMaterialParameters p = renderer::load_material_model(file);
         const models::Model& model = *p.loaded->model;
         const ParameterList parameters = declare(p, &member->value);
         TextureKeys images(parameters, model);
-        config::Keys keys{model_key(file)};
+        config::Keys keys{models::model_key(file)};
         for (const Parameter& parameter : parameters)
             keys.push_back(parameter.key);
         keys.insert(keys.end(), images.keys.begin(), images.keys.end());

@@ -3,12 +3,10 @@
 #pragma once
 
 #include "config/section.hpp"
-#include "renderer/scene/model_values.hpp"
 #include "renderer/scene/scene.hpp"
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <string_view>
 
 namespace obscura::scene {
@@ -16,11 +14,6 @@ namespace obscura::scene {
 /// The tables, by dotted path. All their strings name files.
 inline constexpr std::array<std::string_view, 4> model_table_paths{"body.material", "camera.psf",
                                                                    "camera.vibration", "camera.projection"};
-
-/// Reads the table `key = { model = "FILE", PARAMETER = VALUE }` within `table` as a model of the kind called
-/// `kind`; nothing where the key is no table, or after mistakes.
-[[nodiscard]] std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
-                                                    std::string_view kind);
 
 /// Reads `key = { model = "FILE.txr", tex = "IMAGE", PARAMETER = VALUE }` within `table`: textures are given
 /// by the names of images. Null: it is no table, or after mistakes.

@@ -183,7 +183,7 @@ struct LandmarkKeys {
     Vec3 position_m;
 };
 
-config::Section global_section(Global& global) {
+config::Section global_section(models::Global& global) {
     config::Section section{"global", "Value of a global of the models of users, in all that declare it."};
     section.keys = keys_of(global);
     section.check = [&global](const config::ReadTable& table) {

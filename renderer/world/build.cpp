@@ -128,7 +128,7 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
             scene::Material& law = laws.emplace_back(body.material);
             if (auto* const model = law.get_if<ModelMaterialParameters>()) {
                 model->bands = scene.bands.size();
-                scene::apply_globals(scene.globals, *model);
+                models::apply_globals(scene.globals, *model);
             }
             (void)make_material(law, name_of(body));
             lights.push_back(own_light(body, law, scene.bands.size()));

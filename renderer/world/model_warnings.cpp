@@ -16,15 +16,15 @@ namespace obscura::renderer {
 namespace {
 
 /// Whether a model has a global of that name.
-bool has_global(const scene::ModelValues& model, const std::string& name) {
+bool has_global(const models::ModelValues& model, const std::string& name) {
     const auto& all = model.loaded->model->parameters();
     return std::any_of(all.begin(), all.end(),
                        [&](const models::Parameter& p) { return p.global && p.name == name; });
 }
 
-std::vector<const scene::ModelValues*> models_of(const scene::Scene& scene) {
-    std::vector<const scene::ModelValues*> all;
-    const auto add = [&](const scene::ModelValues* model) {
+std::vector<const models::ModelValues*> models_of(const scene::Scene& scene) {
+    std::vector<const models::ModelValues*> all;
+    const auto add = [&](const models::ModelValues* model) {
         if (model != nullptr && model->loaded != nullptr) all.push_back(model);
     };
     for (const scene::Body& body : scene.bodies) {
@@ -48,10 +48,10 @@ std::vector<std::string> model_warnings(const scene::Scene& scene) {
         vibration && vibration->max_rotation_rad() > large_rad)
         lines.push_back(fmt::format("camera: vibration: it turns the camera by up to {:.3g} deg",
                                     vibration->max_rotation_rad() / degree));
-    const std::vector<const scene::ModelValues*> models = models_of(scene);
-    for (const scene::Global& global : scene.globals)
+    const std::vector<const models::ModelValues*> models = models_of(scene);
+    for (const models::Global& global : scene.globals)
         if (std::none_of(models.begin(), models.end(),
-                         [&](const scene::ModelValues* model) { return has_global(*model, global.name); }))
+                         [&](const models::ModelValues* model) { return has_global(*model, global.name); }))
             lines.push_back(fmt::format(
                 "global \"{}\": no material or texture of the scene has it, so that it has no effect",
                 global.name));

@@ -180,11 +180,11 @@ std::shared_ptr<const ModelSurface> SurfaceTexturesMaker::model_surface(const sc
 std::shared_ptr<const ProceduralTexture> SurfaceTexturesMaker::procedural(const scene::ModelTexture& given,
                                                                           Use use, const Reading& reading) {
     scene::ModelTexture texture = given;
-    scene::apply_globals(globals_, texture);
+    models::apply_globals(globals_, texture);
     const models::Model& model = *texture.loaded->model;
-    models::TextureParameters parameters{scene::program_parameters(texture)};
+    models::TextureParameters parameters{models::program_parameters(texture)};
     parameters.bands = use == Use::bands ? bands_.size() : use == Use::channels ? 4 : 1;
-    if (const std::string why = scene::explain_channels(texture, parameters.bands); !why.empty())
+    if (const std::string why = models::explain_channels(texture, parameters.bands); !why.empty())
         throw ConfigError(fmt::format("{}: {}: {}", reading.place, model.name(), why));
     const std::size_t own = model.parameters().size();
     std::vector<ProceduralTexture::Image> images(own + 1);

@@ -20,7 +20,7 @@ namespace obscura::renderer {
 /// references to bands and globals.
 class SurfaceTexturesMaker {
 public:
-    SurfaceTexturesMaker(const std::vector<SpectralBand>& bands, const std::vector<scene::Global>& globals)
+    SurfaceTexturesMaker(const std::vector<SpectralBand>& bands, const std::vector<models::Global>& globals)
         : bands_(bands), globals_(globals), albedos_(bands) {}
 
     /// Null where nothing varies over the body. Sets the textured parameters of `material` to their means.
@@ -57,7 +57,7 @@ private:
     PlacedTexture normal(const std::filesystem::path& file, const Reading& reading);
 
     const std::vector<SpectralBand>& bands_;
-    const std::vector<scene::Global>& globals_;
+    const std::vector<models::Global>& globals_;
     TextureCache cache_;
     AlbedoMaker albedos_;
 };

@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "models/model/model.hpp"
-#include "renderer/scene/model_values.hpp"
+#include "models/values/model_values.hpp"
 #include "serve/compatible/handlers.hpp"
 
 #include <fmt/format.h>
@@ -45,7 +45,7 @@ json key_value(Request& r, const models::Parameter& p, const Value& value) {
 nlohmann::json table_of_model(Request& r, const std::filesystem::path& file, std::string_view kind,
                               std::string_view wanted, Parameters& parameters) {
     try {
-        const auto loaded = scene::load_model(file.string(), kind);
+        const auto loaded = models::load_model(file.string(), kind);
         json table{{"model", file.string()}};
         const auto& known = loaded->model->parameters();
         for (std::size_t i = 0; i < known.size(); ++i)

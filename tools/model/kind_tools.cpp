@@ -41,7 +41,7 @@ const KindTools& tools_of(const models::Model& model) {
 std::vector<std::filesystem::path> shipped_model_files() {
     std::vector<std::filesystem::path> files;
     for (const KindTools* tools : kind_tools())
-        for (const std::filesystem::path& file : config::shipped_files(scene::shipped_models(tools->kind)))
+        for (const std::filesystem::path& file : config::shipped_files(models::shipped_models(tools->kind)))
             files.push_back(file);
     return files;
 }
@@ -49,7 +49,7 @@ std::vector<std::filesystem::path> shipped_model_files() {
 std::filesystem::path model_path(const std::string& name) {
     if (is_file_at(name)) return name;
     for (const KindTools* tools : kind_tools())
-        if (const auto file = config::find_shipped(scene::shipped_models(tools->kind), name)) return *file;
+        if (const auto file = config::find_shipped(models::shipped_models(tools->kind), name)) return *file;
     if (name.find('/') != std::string::npos || models::unknown_ending(name).empty()) return name;
     std::vector<std::string> names;
     for (const std::filesystem::path& file : shipped_model_files())
@@ -58,8 +58,8 @@ std::filesystem::path model_path(const std::string& name) {
                                  allowed_words(name, {names.begin(), names.end()})));
 }
 
-scene::ModelValues chosen_model(const std::string& file, const std::vector<std::string>& settings) {
-    scene::ModelValues p = scene::defaults_of(scene::load_model(model_path(file).string()));
+models::ModelValues chosen_model(const std::string& file, const std::vector<std::string>& settings) {
+    models::ModelValues p = models::defaults_of(models::load_model(model_path(file).string()));
     std::string text;
     for (const std::string& setting : settings) {
         if (setting.find('=') == std::string::npos)

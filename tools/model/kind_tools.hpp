@@ -3,7 +3,7 @@
 #pragma once
 
 #include "models/program/program.hpp"
-#include "renderer/scene/model_values.hpp"
+#include "models/values/model_values.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -59,15 +59,15 @@ struct PointArgument {
 struct KindTools {
     std::string_view kind;     ///< as in models::model_kinds()
     std::string_view new_text; ///< a model that works; {0}: its name
-    ModelCost (*cost)(const scene::ModelValues&) = nullptr;
-    ModelVerdict (*check)(const scene::ModelValues&) = nullptr;
+    ModelCost (*cost)(const models::ModelValues&) = nullptr;
+    ModelVerdict (*check)(const models::ModelValues&) = nullptr;
     std::vector<PointArgument> point{}; ///< arguments of eval
-    ModelFacts (*eval)(const scene::ModelValues&, const ModelPoint&) = nullptr;
+    ModelFacts (*eval)(const models::ModelValues&, const ModelPoint&) = nullptr;
     /// Endings of the files that plot() writes, with what each shows.
     std::vector<std::pair<std::string_view, std::string_view>> plots{};
-    void (*plot)(const scene::ModelValues&, std::string_view title, const std::filesystem::path&) = nullptr;
+    void (*plot)(const models::ModelValues&, std::string_view title, const std::filesystem::path&) = nullptr;
     /// Nanoseconds a sample: the first of the model, then of what is built in.
-    ModelFacts (*bench)(const scene::ModelValues&) = nullptr;
+    ModelFacts (*bench)(const models::ModelValues&) = nullptr;
 };
 
 /// A row for each of models::model_kinds(), in its order.
@@ -81,8 +81,8 @@ struct KindTools {
 
 /// Reads the model `file`, a path or the name of a shipped one, with `settings`, "NAME=VALUE" each, of its
 /// parameters. Throws Error.
-[[nodiscard]] scene::ModelValues chosen_model(const std::string& file,
-                                              const std::vector<std::string>& settings);
+[[nodiscard]] models::ModelValues chosen_model(const std::string& file,
+                                               const std::vector<std::string>& settings);
 
 /// Least time of 60 runs of `work`, which takes `samples` samples, for one of them.
 template<typename Work>

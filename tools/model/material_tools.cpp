@@ -58,25 +58,25 @@ vec4 brdf(vec3 $i, vec3 $e, vec3 $n, vec4 diffuse, vec4 specular, scalar shinine
 )";
 
 /// Bands that show all channels of a law.
-std::size_t bands_of(const scene::ModelValues& p) {
+std::size_t bands_of(const models::ModelValues& p) {
     std::size_t bands = 4;
     for (const std::vector<double>& channels : p.channels)
         bands = std::max(bands, channels.size());
     return std::min(bands, models::MaterialProgram::max_bands);
 }
 
-renderer::ModelMaterial law_of(const scene::ModelValues& p) {
+renderer::ModelMaterial law_of(const models::ModelValues& p) {
     return renderer::ModelMaterial({{p}, bands_of(p)});
 }
 
-models::MaterialProgram law_program(const scene::ModelValues& p) {
-    models::MaterialParameters parameters{scene::program_parameters(p)};
+models::MaterialProgram law_program(const models::ModelValues& p) {
+    models::MaterialParameters parameters{models::program_parameters(p)};
     parameters.shininess = p.shininess;
     parameters.bands = bands_of(p);
     return {p.loaded->model, parameters};
 }
 
-ModelCost cost(const scene::ModelValues& p) {
+ModelCost cost(const models::ModelValues& p) {
     const models::MaterialProgram law = law_program(p);
     ModelCost cost = cost_of(law.program(), law.why_interpreted());
     cost.facts.push_back({"colours",
@@ -87,7 +87,7 @@ ModelCost cost(const scene::ModelValues& p) {
     return cost;
 }
 
-ModelVerdict check(const scene::ModelValues& p) {
+ModelVerdict check(const models::ModelValues& p) {
     const models::MaterialProgram law = law_program(p);
     const models::MaterialReport report = models::report_on(law);
     ModelVerdict verdict{
@@ -105,7 +105,7 @@ ModelVerdict check(const scene::ModelValues& p) {
     return verdict;
 }
 
-ModelFacts eval(const scene::ModelValues& p, const ModelPoint& at) {
+ModelFacts eval(const models::ModelValues& p, const ModelPoint& at) {
     const LawAngles angles{at.at("incidence"), at.at("emission"), at.at("azimuth")};
     const renderer::ModelMaterial law = law_of(p);
     const double r = law_values(law, {angles.cosines()})[0];
@@ -125,7 +125,7 @@ ModelFacts eval(const scene::ModelValues& p, const ModelPoint& at) {
     return facts;
 }
 
-void plot(const scene::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
+void plot(const models::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
     const renderer::ModelMaterial law = law_of(p);
     if (file.extension() == ".png")
         law_spheres(law).write(file);
@@ -160,7 +160,7 @@ double law_nanoseconds(const renderer::Material& law) {
     return best;
 }
 
-ModelFacts bench(const scene::ModelValues& p) {
+ModelFacts bench(const models::ModelValues& p) {
     const auto fact = [](std::string label, std::string name, double ns) {
         return ModelFact{std::move(label), fmt::format("{:8.2f}", ns), std::move(name), ns};
     };

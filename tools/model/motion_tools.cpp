@@ -38,14 +38,14 @@ vec3 rotation(scalar t)
 constexpr double micro = 1e-6;
 constexpr std::array<std::string_view, 3> axes{"x", "y", "z"};
 
-models::MotionProgram motion_program(const scene::ModelValues& p) {
-    return {p.loaded->model, scene::program_parameters(p)};
+models::MotionProgram motion_program(const models::ModelValues& p) {
+    return {p.loaded->model, models::program_parameters(p)};
 }
 std::array<double, 3> numbers(Vec3 v) {
     return {v.x / micro, v.y / micro, v.z / micro};
 }
 
-ModelCost motion_cost(const scene::ModelValues& p) {
+ModelCost motion_cost(const models::ModelValues& p) {
     const models::MotionProgram motion = motion_program(p);
     ModelCost cost = cost_of(motion.program(), motion.why_interpreted());
     cost.facts = {{"rotation", fmt::format("up to {:.4g} urad", motion.max_rotation_rad() / micro),
@@ -55,7 +55,7 @@ ModelCost motion_cost(const scene::ModelValues& p) {
     return cost;
 }
 
-ModelVerdict motion_check(const scene::ModelValues& p) {
+ModelVerdict motion_check(const models::ModelValues& p) {
     const models::MotionProgram motion = motion_program(p);
     return {motion.place(),
             "",
@@ -65,7 +65,7 @@ ModelVerdict motion_check(const scene::ModelValues& p) {
                 motion.program().cost(), motion.max_rotation_rad() / micro, motion.max_offset_m() / micro)};
 }
 
-ModelFacts motion_eval(const scene::ModelValues& p, const ModelPoint& at) {
+ModelFacts motion_eval(const models::ModelValues& p, const ModelPoint& at) {
     const models::SmallMotion motion = motion_program(p).at(at.at("t"));
     ModelFacts facts;
     for (std::size_t k = 0; k < axes.size(); ++k) {
@@ -78,7 +78,7 @@ ModelFacts motion_eval(const scene::ModelValues& p, const ModelPoint& at) {
     return facts;
 }
 
-void motion_plot(const scene::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
+void motion_plot(const models::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
     const models::MotionProgram motion = motion_program(p);
     constexpr int instants = 2000;
     constexpr double step_s = 1e-3 / 4;

@@ -74,7 +74,7 @@ double camera_property(const models::Model& model, std::string_view name, double
 }
 
 /// The camera that a model names by its properties.
-scene::Camera shown_camera(const scene::ModelValues& p) {
+scene::Camera shown_camera(const models::ModelValues& p) {
     const models::Model& model = *p.loaded->model;
     scene::Camera camera;
     camera.width = static_cast<std::int32_t>(camera_property(model, "width", 1024, 16, 65536));
@@ -101,7 +101,7 @@ std::string way_text(const models::ProjectionProgram& projection, bool ray) {
                              projection.newton_steps(), program.program->cost());
 }
 
-ModelCost projection_cost(const scene::ModelValues& p) {
+ModelCost projection_cost(const models::ModelValues& p) {
     const models::ProjectionProgram projection = renderer::projection_program(shown_camera(p));
     const models::BoundProgram& rays = projection.ray_program();
     ModelCost cost = cost_of(*rays.program, rays.why_interpreted);
@@ -113,7 +113,7 @@ ModelCost projection_cost(const scene::ModelValues& p) {
     return cost;
 }
 
-ModelVerdict check_projection(const scene::ModelValues& p) {
+ModelVerdict check_projection(const models::ModelValues& p) {
     const models::ProjectionProgram projection = renderer::projection_program(shown_camera(p));
     const models::ProjectionReport report = models::report_on(projection);
     const models::Function* const main =
@@ -126,7 +126,7 @@ ModelVerdict check_projection(const scene::ModelValues& p) {
             sensor_text(projection.plane()), report.field_deg, report.round_trip_px)};
 }
 
-ModelFacts eval_projection(const scene::ModelValues& p, const ModelPoint& at) {
+ModelFacts eval_projection(const models::ModelValues& p, const ModelPoint& at) {
     const models::ProjectionProgram projection = renderer::projection_program(shown_camera(p));
     const models::SensorPlane& plane = projection.plane();
     const double x = (plane.width - 1) / 2.0 + at.at("right"), y = (plane.height - 1) / 2.0 + at.at("down");
@@ -157,7 +157,8 @@ ModelFacts eval_projection(const scene::ModelValues& p, const ModelPoint& at) {
     return facts;
 }
 
-void plot_projection(const scene::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
+void plot_projection(const models::ModelValues& p, std::string_view title,
+                     const std::filesystem::path& file) {
     const models::ProjectionProgram projection = renderer::projection_program(shown_camera(p));
     if (file.extension() == ".png")
         projection_maps(projection).write(file);
@@ -187,7 +188,7 @@ double ray_nanoseconds(const renderer::Projection& projection, const scene::Came
     return ns;
 }
 
-ModelFacts bench_projection(const scene::ModelValues& p) {
+ModelFacts bench_projection(const models::ModelValues& p) {
     const auto fact = [](std::string label, std::string name, double ns) {
         return ModelFact{std::move(label), fmt::format("{:8.2f}", ns), std::move(name), ns};
     };

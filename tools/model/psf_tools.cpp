@@ -53,11 +53,11 @@ scalar density(vec2 p, scalar wavelength)
 
 constexpr double nm = 1e-9;
 
-models::PsfProgram program_of(const scene::ModelValues& p) {
-    return {p.loaded->model, scene::program_parameters(p)};
+models::PsfProgram program_of(const models::ModelValues& p) {
+    return {p.loaded->model, models::program_parameters(p)};
 }
 
-ModelCost psf_cost(const scene::ModelValues& p) {
+ModelCost psf_cost(const models::ModelValues& p) {
     const models::PsfProgram psf = program_of(p);
     ModelCost cost = cost_of(psf.program(), psf.why_interpreted());
     const auto fact = [&](std::string label, std::string name, bool depends, std::string_view otherwise) {
@@ -69,7 +69,7 @@ ModelCost psf_cost(const scene::ModelValues& p) {
     return cost;
 }
 
-ModelVerdict psf_check(const scene::ModelValues& p) {
+ModelVerdict psf_check(const models::ModelValues& p) {
     const models::PsfProgram psf = program_of(p);
     const scene::PointSpread defaults;
     const models::PsfReport report = models::report_on(psf, {}, defaults.core_px, defaults.wings_px);
@@ -91,7 +91,7 @@ double density_at(const models::PsfProgram& psf, const models::PsfConditions& co
     return value;
 }
 
-ModelFacts psf_eval(const scene::ModelValues& p, const ModelPoint& at) {
+ModelFacts psf_eval(const models::ModelValues& p, const ModelPoint& at) {
     const double value = density_at(program_of(p), conditions_at(at), at.at("x"), at.at("y"));
     return {{"density", fmt::format("{:.12g} 1/px2", value), "density_per_px2", value}};
 }
@@ -198,7 +198,7 @@ std::string density_csv(const models::PsfProgram& psf) {
     return text;
 }
 
-void psf_plot(const scene::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
+void psf_plot(const models::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
     const models::PsfProgram psf = program_of(p);
     if (file.extension() == ".png")
         density_picture(psf).write(file);
@@ -206,7 +206,7 @@ void psf_plot(const scene::ModelValues& p, std::string_view title, const std::fi
         images::write_text(file, file.extension() == ".svg" ? density_svg(psf, title) : density_csv(psf));
 }
 
-ModelFacts psf_bench(const scene::ModelValues& p) {
+ModelFacts psf_bench(const models::ModelValues& p) {
     const models::PsfProgram psf = program_of(p);
     constexpr std::size_t samples = 4096;
     std::vector<double> x(samples), y(samples), values(samples);

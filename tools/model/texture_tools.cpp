@@ -46,8 +46,8 @@ vec4 lookup2D(texture tex, vec2 uv, scalar lod)
 )";
 
 /// Images are grey, of 1024 x 512 texels.
-renderer::ProceduralTexture texture_of(const scene::ModelValues& p) {
-    models::TextureParameters parameters{scene::program_parameters(p)};
+renderer::ProceduralTexture texture_of(const models::ModelValues& p) {
+    models::TextureParameters parameters{models::program_parameters(p)};
     const std::size_t images = p.loaded->model->parameters().size() + 1;
     parameters.bands = 4;
     parameters.images.assign(images, {1024, 512, true});
@@ -57,7 +57,7 @@ renderer::ProceduralTexture texture_of(const scene::ModelValues& p) {
             std::vector<renderer::ProceduralTexture::Image>(images, {grey, {}})};
 }
 
-ModelCost texture_cost(const scene::ModelValues& p) {
+ModelCost texture_cost(const models::ModelValues& p) {
     const renderer::ProceduralTexture texture = texture_of(p);
     ModelCost cost = cost_of(texture.program().program(), texture.program().why_interpreted());
     cost.facts.push_back({"read by", texture.program().by_position() ? "direction" : "coordinates",
@@ -67,7 +67,7 @@ ModelCost texture_cost(const scene::ModelValues& p) {
     return cost;
 }
 
-ModelVerdict texture_check(const scene::ModelValues& p) {
+ModelVerdict texture_check(const models::ModelValues& p) {
     const renderer::ProceduralTexture texture = texture_of(p);
     const renderer::ProceduralTexture::Range range = texture.range(1);
     ModelVerdict verdict;
@@ -110,7 +110,7 @@ std::vector<double> texture_values(const renderer::ProceduralTexture& texture,
     return values;
 }
 
-ModelFacts texture_eval(const scene::ModelValues& p, const ModelPoint& at) {
+ModelFacts texture_eval(const models::ModelValues& p, const ModelPoint& at) {
     const renderer::ProceduralTexture texture = texture_of(p);
     std::vector<double> channels;
     for (std::size_t c = 0; c < 4; ++c)
@@ -118,7 +118,7 @@ ModelFacts texture_eval(const scene::ModelValues& p, const ModelPoint& at) {
     return {{"channels", fmt::format("{:.12g}", fmt::join(channels, ", ")), "channels", channels}};
 }
 
-void texture_plot(const scene::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
+void texture_plot(const models::ModelValues& p, std::string_view title, const std::filesystem::path& file) {
     const renderer::ProceduralTexture texture = texture_of(p);
     const renderer::ProceduralTexture::Range range = texture.range(1);
     constexpr int width = 384, height = 192;

@@ -131,7 +131,7 @@ public:
     }
 
     int run() override {
-        const scene::ModelValues p = chosen_model(file_, {});
+        const models::ModelValues p = chosen_model(file_, {});
         const models::Model& model = *p.loaded->model;
         const ModelCost cost = tools_of(model).cost(p);
         json_ ? print_json(model, cost) : print_table(model, cost);
@@ -240,7 +240,7 @@ private:
             print(file, f.at, f.error, f.what);
         if (model == nullptr) return false;
         try {
-            const ModelVerdict found = tools_of(*model).check(scene::defaults_of(scene::load_model(file)));
+            const ModelVerdict found = tools_of(*model).check(models::defaults_of(models::load_model(file)));
             if (!found.refusal.empty()) print(file, found.at, true, found.refusal);
             for (const std::string& warning : found.warnings)
                 print(file, found.at, false, warning);

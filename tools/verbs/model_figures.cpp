@@ -28,7 +28,7 @@ struct ModelArguments {
         line.option("--set", &settings, "NAME=VALUE",
                     "Value of a parameter instead of its default; may be given several times");
     }
-    [[nodiscard]] scene::ModelValues model() const { return chosen_model(file, settings); }
+    [[nodiscard]] models::ModelValues model() const { return chosen_model(file, settings); }
     [[nodiscard]] std::string title() const { return std::filesystem::path(file).stem().string(); }
 };
 
@@ -104,7 +104,7 @@ public:
     }
 
     int run() override {
-        const scene::ModelValues p = arguments_.model();
+        const models::ModelValues p = arguments_.model();
         const KindTools& tools = tools_of(*p.loaded->model);
         if (tools.eval == nullptr) refuse_kind(tools, "eval");
         print_facts(tools.eval(p, read_point(tools, at_)), json_);
@@ -132,7 +132,7 @@ public:
     }
 
     int run() override {
-        const scene::ModelValues p = arguments_.model();
+        const models::ModelValues p = arguments_.model();
         const KindTools& tools = tools_of(*p.loaded->model);
         if (tools.plot == nullptr) refuse_kind(tools, "plot");
         const std::filesystem::path file = output_;
@@ -163,7 +163,7 @@ public:
     }
 
     int run() override {
-        const scene::ModelValues p = arguments_.model();
+        const models::ModelValues p = arguments_.model();
         const KindTools& tools = tools_of(*p.loaded->model);
         if (tools.bench == nullptr) refuse_kind(tools, "bench");
         ModelFacts facts = tools.bench(p);

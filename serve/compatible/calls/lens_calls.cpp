@@ -2,7 +2,7 @@
 // Commands of the camera's models: projection, focus, motion, times of the rows, wavelengths of the channels.
 // The published program has them in files that are not public; the names and parameters here are ours.
 #include "core/text/printable.hpp"
-#include "renderer/scene/model_values.hpp"
+#include "models/values/model_values.hpp"
 #include "renderer/scene/trajectory.hpp"
 #include "serve/compatible/handlers.hpp"
 #include "serve/compatible/model_files.hpp"
@@ -38,7 +38,7 @@ void load_own_projection(Request& r, const std::filesystem::path& file) {
     lens.own = table_of_model(r, file, "projection", "a projection in SuMoL", parameters);
     parameters.check_rest();
     // The values of the table, as the scene of a picture will read them.
-    scene::ModelValues values = scene::defaults_of(scene::load_model(file.string(), "projection"));
+    models::ModelValues values = models::defaults_of(models::load_model(file.string(), "projection"));
     const auto& known = values.loaded->model->parameters();
     for (std::size_t i = 0; i < known.size(); ++i) {
         const auto given = lens.own.find(values.loaded->keys[i]);
@@ -49,7 +49,7 @@ void load_own_projection(Request& r, const std::filesystem::path& file) {
             values.values[i][c] = numbers[c] * known[i].si();
     }
     lens.unit = std::make_shared<const models::ProjectionProgram>(
-        values.loaded->model, scene::program_parameters(values), unit_plane());
+        values.loaded->model, models::program_parameters(values), unit_plane());
     check_field(r, lens, "filename", r.client_state.camera.fov_x_rad, r.client_state.camera.fov_y_rad);
     r.client_state.camera.lens = std::move(lens);
 }

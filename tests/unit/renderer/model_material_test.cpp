@@ -230,7 +230,7 @@ TEST_CASE("a law that is not physical gives one warning") {
 }
 
 TEST_CASE("shipped models need no warning") {
-    for (const auto& file : config::shipped_files(scene::shipped_models("material"))) {
+    for (const auto& file : config::shipped_files(models::shipped_models("material"))) {
         INFO(file);
         const TempFolder folder;
         const scene::Scene scene =

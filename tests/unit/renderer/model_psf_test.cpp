@@ -151,9 +151,9 @@ TEST_CASE("a picture with a point spread in SuMoL is the same on any number of t
 
 TEST_CASE("machine code and interpreter give the same bits of a point spread") {
     for (const char* name : {"airy", "moffat", "gaussian", "asymmetric"}) {
-        const auto loaded = scene::load_model(
+        const auto loaded = models::load_model(
             (config::shipped_data_folder() / "models" / fmt::format("{}.psf", name)).string(), "psf");
-        models::ModelParameters parameters = scene::program_parameters(scene::defaults_of(loaded));
+        models::ModelParameters parameters = models::program_parameters(models::defaults_of(loaded));
         const models::PsfProgram native(loaded->model, parameters);
         parameters.target = models::NativeTarget::none;
         const models::PsfProgram interpreted(loaded->model, parameters);

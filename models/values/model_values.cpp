@@ -1,43 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/scene/model_values.hpp"
+#include "models/values/model_values.hpp"
 
 #include "core/error.hpp"
 #include "models/model/entry_points.hpp"
-#include "renderer/scene/model_use.hpp"
+#include "models/values/model_use.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
-namespace obscura::scene {
+namespace obscura::models {
 namespace {
 
-const models::ModelKind& model_kind(std::string_view name) {
-    const auto& kinds = models::model_kinds();
+const ModelKind& model_kind(std::string_view name) {
+    const auto& kinds = model_kinds();
     return *std::find_if(kinds.begin(), kinds.end(),
-                         [&](const models::ModelKind& kind) { return kind.name == name; });
+                         [&](const ModelKind& kind) { return kind.name == name; });
 }
 
 } // namespace
 
 std::shared_ptr<const LoadedModel> load_model(const std::string& file, std::string_view kind) {
-    const models::Execution& execution = UseModels::current().execution;
-    std::shared_ptr<const models::Model> model;
-    execution.make([&] { model = models::Model::load(file); });
-    const models::ModelKind* const found = models::kind_of(*model);
+    const Execution& execution = UseModels::current().execution;
+    std::shared_ptr<const Model> model;
+    execution.make([&] { model = Model::load(file); });
+    const ModelKind* const found = kind_of(*model);
     if (!kind.empty() && found->name != kind)
         throw ConfigError(fmt::format("{}: a {} model: a {} needs one that ends in {}", file, found->name,
                                       kind, model_kind(kind).ending));
     return loaded_model(std::move(model), execution);
 }
 
-std::shared_ptr<const LoadedModel> loaded_model(std::shared_ptr<const models::Model> model,
-                                                models::Execution execution) {
+std::shared_ptr<const LoadedModel> loaded_model(std::shared_ptr<const Model> model, Execution execution) {
     auto loaded = std::make_shared<LoadedModel>();
     loaded->model = std::move(model);
     loaded->execution = std::move(execution);
-    for (const models::Parameter& p : loaded->model->parameters()) {
+    for (const Parameter& p : loaded->model->parameters()) {
         loaded->keys.push_back(p.si() != 1 ? fmt::format("{}_{}", p.name, p.unit) : std::string(p.name));
         loaded->helps.push_back(p.help.empty() ? fmt::format("Parameter of {}", loaded->model->name())
                                                : std::string(p.help));
@@ -46,13 +45,13 @@ std::shared_ptr<const LoadedModel> loaded_model(std::shared_ptr<const models::Mo
 }
 
 config::ShippedFolder shipped_models(std::string_view kind) {
-    const models::ModelKind& row = model_kind(kind);
+    const ModelKind& row = model_kind(kind);
     return {"models", row.ending, row.title};
 }
 
 ModelValues defaults_of(std::shared_ptr<const LoadedModel> loaded) {
     ModelValues p;
-    models::ModelParameters defaults = models::default_parameters(*loaded->model);
+    ModelParameters defaults = default_parameters(*loaded->model);
     p.values = std::move(defaults.values);
     p.channels = std::move(defaults.channels);
     p.loaded = std::move(loaded);
@@ -60,14 +59,14 @@ ModelValues defaults_of(std::shared_ptr<const LoadedModel> loaded) {
 }
 
 config::Key parameter_key(ModelValues& p, std::size_t index, const config::Value* table) {
-    const models::Parameter& parameter = p.loaded->model->parameters()[index];
+    const Parameter& parameter = p.loaded->model->parameters()[index];
     double* const first = p.values[index].data();
-    const int count = models::components(parameter.type);
-    const bool one = count <= 1 || parameter.type == models::Type::vec4;
+    const int count = components(parameter.type);
+    const bool one = count <= 1 || parameter.type == Type::vec4;
     const double si = parameter.si();
     const config::Member* const given = table != nullptr ? table->find(p.loaded->keys[index]) : nullptr;
-    const bool list = parameter.type == models::Type::vec4 && given != nullptr &&
-                      given->value.kind == config::Value::Kind::array;
+    const bool list =
+        parameter.type == Type::vec4 && given != nullptr && given->value.kind == config::Value::Kind::array;
     // One number stands for all channels.
     if (given != nullptr && !list) p.channels[index].clear();
     const config::Target target =
@@ -91,8 +90,7 @@ config::Keys parameter_keys(ModelValues& p, const config::Value* table) {
 std::string explain_channels(const ModelValues& p, std::size_t bands) {
     for (std::size_t i = 0; i < p.channels.size(); ++i) {
         const std::size_t count = p.channels[i].size();
-        if (p.loaded->model->parameters()[i].type == models::Type::vec4 && count > 1 && count != 4 &&
-            count != bands)
+        if (p.loaded->model->parameters()[i].type == Type::vec4 && count > 1 && count != 4 && count != bands)
             return fmt::format("{}: {} numbers: allowed are 1, 4 or one for each of the {} bands",
                                p.loaded->keys[i], count, bands);
     }
@@ -103,11 +101,11 @@ void apply_globals(const std::vector<Global>& globals, ModelValues& p) {
     if (p.loaded == nullptr) return;
     const auto& parameters = p.loaded->model->parameters();
     for (std::size_t i = 0; i < parameters.size(); ++i) {
-        const models::Parameter& parameter = parameters[i];
+        const Parameter& parameter = parameters[i];
         const auto found = std::find_if(globals.begin(), globals.end(),
                                         [&](const Global& g) { return g.name == parameter.name; });
         if (!parameter.global || found == globals.end()) continue;
-        const auto count = static_cast<std::size_t>(models::components(parameter.type));
+        const auto count = static_cast<std::size_t>(components(parameter.type));
         const std::vector<double>& given = found->values;
         if (given.size() != 1 && given.size() != count)
             throw ConfigError(fmt::format("global \"{}\": {} numbers: {} has {}", found->name, given.size(),
@@ -121,7 +119,7 @@ void apply_globals(const std::vector<Global>& globals, ModelValues& p) {
                                               parameter.min, parameter.max));
         }
         std::copy(values.begin(), values.end(), p.values[i].begin());
-        p.channels[i] = parameter.type == models::Type::vec4 ? values : std::vector<double>();
+        p.channels[i] = parameter.type == Type::vec4 ? values : std::vector<double>();
     }
 }
 
@@ -129,15 +127,14 @@ config::Key shininess_key(ModelValues& p) {
     return config::key("shininess", &p.shininess).range(0, 1e6).help("Argument `shininess` of brdf()");
 }
 
-models::ModelParameters program_parameters(const ModelValues& p) {
-    models::ModelParameters parameters;
+ModelParameters program_parameters(const ModelValues& p) {
+    ModelParameters parameters;
     parameters.target = p.loaded->execution;
     parameters.values = p.values;
     parameters.channels = p.channels;
     for (std::size_t i = 0; i < parameters.values.size(); ++i)
-        if (p.loaded->model->parameters()[i].type == models::Type::vec4)
-            parameters.values[i].fill(p.values[i][0]);
+        if (p.loaded->model->parameters()[i].type == Type::vec4) parameters.values[i].fill(p.values[i][0]);
     return parameters;
 }
 
-} // namespace obscura::scene
+} // namespace obscura::models

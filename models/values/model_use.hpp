@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where scenes find models beside their own folder, and how the programs of these run.
+// Where scenes and sensors find models beside their own folder, and how the programs of these run.
 #pragma once
 
 #include "models/program/execution.hpp"
@@ -8,17 +8,16 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-namespace obscura::scene {
+namespace obscura::models {
 
-/// What a program that reads scenes says of the models in them.
+/// What a program that reads scenes and sensors says of the models in them.
 struct ModelUse {
     std::filesystem::path folder{}; ///< of models, searched before the shipped ones; empty: none
-    models::Execution execution{};
+    Execution execution{};
 };
 
-/// While it lives, scenes that its thread reads use models so; the innermost counts. Thread-bound.
+/// While it lives, files that its thread reads use models so; the innermost counts. Thread-bound.
 class UseModels {
 public:
     explicit UseModels(ModelUse use);
@@ -34,14 +33,9 @@ private:
     const UseModels* before_;
 };
 
-/// The file in `folder` that a scene calls `name`, with or without `ending`; nothing: there is none, or
-/// `name` is a path.
+/// The file in `folder` that a scene or sensor calls `name`, with or without `ending`; nothing: there is
+/// none, or `name` is a path.
 [[nodiscard]] std::optional<std::filesystem::path> find_model(const std::filesystem::path& folder,
                                                               std::string_view name, std::string_view ending);
 
-/// Text of a scene file; empty: it cannot be read.
-[[nodiscard]] std::string text_of_file(const std::filesystem::path& file);
-/// What stands in double quotes in the text of a scene file: all that may name a file.
-[[nodiscard]] std::vector<std::string> quoted_texts(std::string_view text);
-
-} // namespace obscura::scene
+} // namespace obscura::models

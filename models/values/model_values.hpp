@@ -13,22 +13,22 @@
 #include <string_view>
 #include <vector>
 
-namespace obscura::scene {
+namespace obscura::models {
 
 /// A model with the names of its parameters as keys. Immutable; thread-safe.
 struct LoadedModel {
-    std::shared_ptr<const models::Model> model;
+    std::shared_ptr<const Model> model;
     std::vector<std::string> keys;  ///< of Model::parameters(): name, and the unit "deg" at its end
     std::vector<std::string> helps; ///< of the keys
-    models::Execution execution{};  ///< of its programs
+    Execution execution{};          ///< of its programs
 };
 /// Reads a file, whose model is of the kind called `kind`; "": of any. Throws ConfigError or InputError.
 [[nodiscard]] std::shared_ptr<const LoadedModel> load_model(const std::string& file,
                                                             std::string_view kind = "");
 
 /// A model that was read elsewhere.
-[[nodiscard]] std::shared_ptr<const LoadedModel> loaded_model(std::shared_ptr<const models::Model> model,
-                                                              models::Execution execution);
+[[nodiscard]] std::shared_ptr<const LoadedModel> loaded_model(std::shared_ptr<const Model> model,
+                                                              Execution execution);
 
 /// Shipped models of a kind.
 [[nodiscard]] config::ShippedFolder shipped_models(std::string_view kind);
@@ -68,6 +68,6 @@ void apply_globals(const std::vector<Global>& globals, ModelValues& p);
 [[nodiscard]] config::Key shininess_key(ModelValues& p);
 
 /// For a program of the model.
-[[nodiscard]] models::ModelParameters program_parameters(const ModelValues& p);
+[[nodiscard]] ModelParameters program_parameters(const ModelValues& p);
 
-} // namespace obscura::scene
+} // namespace obscura::models

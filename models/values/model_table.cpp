@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "models/values/model_table.hpp"
+
+#include "core/io/path_state.hpp"
+#include "models/values/model_use.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace obscura::models {
+namespace {
+
+constexpr std::string_view model_name = "model";
+
+} // namespace
+
+config::Key model_key(std::string& file) {
+    return config::key(model_name, config::Path{&file, false})
+        .required()
+        .help("SuMoL file of the model, or the name of a shipped one");
+}
+
+std::string model_file(const config::Value& table, const config::Where& where, std::string_view kind) {
+    std::vector<std::string_view> others;
+    for (const config::Member& member : table.members)
+        if (member.key != model_name) others.push_back(member.key);
+    std::string file;
+    (void)config::read_keys(table, where, {model_key(file)}, others);
+    const config::Value& value = table.find(model_name)->value;
+    const config::ShippedFolder shipped = shipped_models(kind);
+    if (is_file_at(file)) return file;
+    if (const auto own = find_model(UseModels::current().folder, value.string, shipped.ending))
+        return own->string();
+    return config::file_of_key(value, where.in(model_name), file, shipped);
+}
+
+std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
+                                      std::string_view kind) {
+    const config::Member* const member = table.table() == nullptr ? nullptr : table.table()->find(key);
+    if (member == nullptr || member->value.kind != config::Value::Kind::table) return {};
+    const config::Where where = table.where().in(key);
+    std::optional<ModelValues> read;
+    (void)table.mistakes().collect([&] {
+        std::string file = model_file(member->value, where, kind);
+        ModelValues p = defaults_of(load_model(file, kind));
+        config::Keys keys = parameter_keys(p, &member->value);
+        keys.push_back(model_key(file));
+        (void)config::read_keys(member->value, where, keys, table.mistakes());
+        read = std::move(p);
+    });
+    return read;
+}
+
+} // namespace obscura::models
