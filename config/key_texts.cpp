@@ -77,6 +77,7 @@ std::string toml_string(std::string_view text) {
 }
 
 std::string value_text(const Key& key) {
+    if (std::string table = key.table_text(); !table.empty()) return table;
     return std::visit(
         Overloaded{
             [](bool* v) { return std::string(*v ? "true" : "false"); },

@@ -272,7 +272,8 @@ Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistak
             std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == member.key; });
         if (key != keys.end()) {
             mistakes.collect([&] {
-                const Value& value = annotated ? unwrapped(member.value, here) : member.value;
+                const Value& value =
+                    annotated && !key->allows_table() ? unwrapped(member.value, here) : member.value;
                 if (!(key->allows_table() && value.kind == Value::Kind::table))
                     std::visit(Reader(*key, value, here), key->target);
             });

@@ -98,6 +98,10 @@ public:
     [[nodiscard]] Key required() && { return (required_ = true, std::move(*this)); }
     /// The value may be a table instead, which the owner of the section reads.
     [[nodiscard]] Key or_table() && { return (or_table_ = true, std::move(*this)); }
+    /// or_table() of a key that is printed: `text` gives the inline table, or nothing where the value counts.
+    [[nodiscard]] Key or_table(std::function<std::string()> text) && {
+        return (or_table_ = true, table_text_ = std::move(text), std::move(*this));
+    }
     /// A reload accepts a new value without stopping the acquisition.
     [[nodiscard]] Key reloadable() && { return (reloadable_ = true, std::move(*this)); }
     /// Not part of an effective configuration, because other keys there have its effect.
@@ -109,6 +113,8 @@ public:
     [[nodiscard]] std::string_view help() const noexcept { return help_; }
     [[nodiscard]] bool is_required() const noexcept { return required_; }
     [[nodiscard]] bool allows_table() const noexcept { return or_table_; }
+    /// The inline table that stands in place of the value; empty: none does.
+    [[nodiscard]] std::string table_text() const { return table_text_ ? table_text_() : std::string(); }
     [[nodiscard]] bool is_reloadable() const noexcept { return reloadable_; }
     [[nodiscard]] bool is_printed() const noexcept { return printed_; }
 
@@ -116,6 +122,7 @@ private:
     std::string_view unit_, help_;
     Range range_;
     std::vector<std::string_view> choices_;
+    std::function<std::string()> table_text_;
     bool required_ = false, or_table_ = false, reloadable_ = false, printed_ = true;
 };
 
@@ -201,7 +208,8 @@ private:
 /// Reads the members of `table` into the targets of `keys`. A key that cannot be read leaves its target
 /// unchanged. Members named in `elsewhere` (tables, or keys that the caller reads) are skipped; any other
 /// unknown key is a mistake, with a suggestion, and so is a missing required key. With `annotated`, a value
-/// may also be written as { value = ..., provenance = "...", source = "..." }.
+/// may also be written as { value = ..., provenance = "...", source = "..." }, except of keys with
+/// or_table().
 Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistakes& mistakes,
                 const std::vector<std::string_view>& elsewhere = {}, bool annotated = false);
 

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 namespace obscura::emulator {
@@ -180,7 +181,10 @@ DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& m
     config.source = absolute_path(tables.top.file);
     const std::size_t before = mistakes.count();
     config::Section whole = root_section(config);
+    std::optional<models::UseModels> use;
     for (config::Section& section : whole.tables) {
+        // The sensor has models; [models] and [threads] have been read before.
+        if (section.name == "sensor") use.emplace(model_use(config));
         // The names of the tables beside its keys are for the suggestion.
         if (several && section.name == "camera") section.elsewhere = own_tables();
         const config::ReadTable table = tables.table(section.name, mistakes);

@@ -4,6 +4,8 @@
 #include "core/io/path_state.hpp"
 #include "models/values/model_use.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
 #include <vector>
 
@@ -49,6 +51,16 @@ std::optional<ModelValues> read_model(const config::ReadTable& table, std::strin
         read = std::move(p);
     });
     return read;
+}
+
+std::string table_text(const ModelValues& values) {
+    if (values.loaded == nullptr) return {};
+    ModelValues written = values; // the keys bind to what can be written
+    std::string file = values.loaded->model->name();
+    std::string text = fmt::format("{{ {} = {}", model_name, config::toml_string(file));
+    for (const config::Key& key : parameter_keys(written))
+        text += fmt::format(", {} = {}", key.name, value_text(key));
+    return text + " }";
 }
 
 } // namespace obscura::models

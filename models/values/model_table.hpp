@@ -23,4 +23,7 @@ namespace obscura::models {
 [[nodiscard]] std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
                                                     std::string_view kind);
 
+/// The model as such a table, with all parameters; empty: `values` has none.
+[[nodiscard]] std::string table_text(const ModelValues& values);
+
 } // namespace obscura::models
