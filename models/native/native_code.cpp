@@ -30,6 +30,8 @@ public:
             cc.addFunc(asmjit::FuncSignatureT<void, const double*, const double* const*, double* const*,
                                               std::size_t, const double*>(asmjit::CallConvId::kCDecl));
         function->frame().setAvxEnabled();
+        // Callers are SSE code, which waits for the upper halves of registers while they are not zero.
+        function->frame().setAvxCleanup();
         if (e_.is_avx512) function->frame().setAvx512Enabled();
         uniforms_ = cc.newUIntPtr();
         inputs_ = cc.newUIntPtr();
