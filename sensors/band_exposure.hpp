@@ -16,8 +16,8 @@ namespace obscura::sensors {
 /// Lives for one call of Detector::expose(); thread-bound, neither allocates nor throws. Rows must be exposed
 /// from the top down, so that rows which spread charge into each other are computed once. Order of the
 /// effects: photons, crosstalk, response, dark current and its RTS noise, particles, blooming and smear,
-/// Poisson draw, lag, full well and non-linearity, reset, row and amplifier noise, offsets, sampling, gain,
-/// black level, ADC, defects.
+/// light() of a model, Poisson draw, lag, full well and non-linearity or collect() of a model, reset, row and
+/// amplifier noise, offsets, sampling, gain, black level, convert() of a model, ADC, defects.
 class BandExposure {
 public:
     BandExposure(DetectorState& detector, const ReadoutPlan& plan, const IrradianceBand& light,
@@ -29,6 +29,8 @@ public:
 
     /// Bit w: a pixel of window w has reached full well.
     [[nodiscard]] std::uint32_t saturated_windows() const noexcept { return saturated_windows_; }
+    /// See Detector::values_replaced(), of these rows.
+    [[nodiscard]] std::uint64_t values_replaced() const noexcept { return values_replaced_; }
 
 private:
     void enter_window(std::int32_t row) noexcept;
@@ -48,6 +50,14 @@ private:
     void draw(const float* mean, std::int32_t array_row, std::uint32_t read, float* counts) noexcept;
     void draw_merged(const float* mean, std::int32_t array_row, kernels::Chain& chain,
                      float* charge) noexcept;
+    [[nodiscard]] bool has_model(models::SensorStage stage) const noexcept {
+        return d_.model && d_.model->has(stage);
+    }
+    void run_model(models::SensorStage stage, std::int32_t array_row, std::uint32_t read, const float* in,
+                   float* out) noexcept;
+    void collect(std::int32_t array_row, std::uint32_t read, float* charge) noexcept;
+    void convert(const kernels::Chain& chain, float* signal, const float* offset, const float* z0,
+                 const float* z1, std::int32_t array_row, std::uint32_t read, std::uint16_t* dn) noexcept;
     [[nodiscard]] float row_noise(std::int32_t array_row, std::uint32_t read) noexcept;
     [[nodiscard]] bool has_full(std::int32_t row) noexcept;
 
@@ -69,6 +79,7 @@ private:
     Time frame_begin_, frame_end_;
     bool hits_listed_ = false;
     std::uint32_t saturated_windows_ = 0;
+    std::uint64_t values_replaced_ = 0;
     // The window of the current row.
     std::size_t window_ = SIZE_MAX;
     std::int32_t first_row_ = 0, last_row_ = 0; ///< of the composed image

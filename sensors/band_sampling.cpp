@@ -89,6 +89,47 @@ void BandExposure::draw_merged(const float* mean, std::int32_t array_row, kernel
     }
 }
 
+/// Puts the stage of the sensor's model for a row of the window into `out`, which may be `in`.
+void BandExposure::run_model(models::SensorStage stage, std::int32_t array_row, std::uint32_t read,
+                             const float* in, float* out) noexcept {
+    const std::int32_t x = plan_.windows[window_].sensor.x;
+    const auto pixel = static_cast<std::uint32_t>(array_row) * static_cast<std::uint32_t>(d_.sensor_width) +
+                       static_cast<std::uint32_t>(x);
+    values_replaced_ +=
+        d_.model->apply(stage, {x, array_row, pixel, d_.noise_key, frame_, read, layer_}, in, n_, out);
+}
+
+/// Full well and non-linearity, or the model in their place.
+void BandExposure::collect(std::int32_t array_row, std::uint32_t read, float* charge) noexcept {
+    if (has_model(models::SensorStage::collect))
+        run_model(models::SensorStage::collect, array_row, read, charge, charge);
+    else
+        kernels::collect_row(chain_, n_, charge);
+}
+
+/// kernels::convert_row() with the model before the converter; `signal` is overwritten.
+void BandExposure::convert(const kernels::Chain& chain, float* signal, const float* offset, const float* z0,
+                           const float* z1, std::int32_t array_row, std::uint32_t read,
+                           std::uint16_t* dn) noexcept {
+    if (!has_model(models::SensorStage::convert)) {
+        kernels::convert_row(chain, signal, offset, z0, z1, n_, dn);
+        return;
+    }
+    // In the order of kernels::convert_row().
+    for (std::size_t i = 0; i < n_; ++i) {
+        float v = signal[i] + chain.row_e;
+        if (offset != nullptr) v += chain.offset_scale * offset[i];
+        if (z0 != nullptr) v += chain.sigma0_e * z0[i];
+        if (z1 != nullptr) v += chain.sigma1_e * z1[i];
+        signal[i] = v * chain.gain_dn_per_e + chain.black_dn;
+    }
+    run_model(models::SensorStage::convert, array_row, read, signal, signal);
+    kernels::Chain converter = chain;
+    converter.row_e = converter.black_dn = 0;
+    converter.gain_dn_per_e = 1;
+    kernels::convert_row(converter, signal, nullptr, nullptr, nullptr, n_, dn);
+}
+
 float BandExposure::row_noise(std::int32_t array_row, std::uint32_t read) noexcept {
     if (d_.settings.row_noise_e == 0) return 0;
     const auto rms = static_cast<float>(d_.settings.row_noise_e);
@@ -136,6 +177,12 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
         add_smear(mean);
     }
     mean += left_;
+    if (has_model(models::SensorStage::light)) {
+        // Rows of mean charge serve their neighbours, too.
+        float* const modelled = s.smear_row_ns > 0 ? mean : scratch_.sum();
+        run_model(models::SensorStage::light, array_row, 0, mean, modelled);
+        mean = modelled;
+    }
     // Double sampling subtracts a second amplifier sample and, for a destructive read, another reset level;
     // the difference of two reads after one reset has neither reset noise nor offset.
     const bool two = difference || s.double_sampling;
@@ -146,13 +193,15 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     chain.offset_scale = difference ? 0 : 1;
     chain.row_e = row_noise(array_row, 0);
     float* const charge = scratch_.counts();
-    if (chain.sigma0_e * chain.sigma0_e + chain.sigma1_e * chain.sigma1_e >= merged_variance_e2)
+    // The model of the charge lies between the two noises.
+    const bool apart = has_model(models::SensorStage::collect);
+    if (!apart && chain.sigma0_e * chain.sigma0_e + chain.sigma1_e * chain.sigma1_e >= merged_variance_e2)
         draw_merged(mean, array_row, chain, charge);
     else
         draw(mean, array_row, 0, charge);
     if (s.lag > 0 && !difference) add_lag(array_row, charge);
     note(mean, charge, truth);
-    kernels::collect_row(chain_, n_, charge);
+    collect(array_row, 0, charge);
     const RowTime& t = plan_.rows[static_cast<std::size_t>(row)];
     add_sample_effects(array_row, t.read, 1, charge, charge);
     if (two)
@@ -161,8 +210,8 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     const float* const offset =
         difference ? nullptr
                    : d_.pattern.row_of(d_.pattern.offset_e, array_row, plan_.windows[window_].sensor.x);
-    kernels::convert_row(chain, charge, offset, chain.sigma0_e > 0 ? scratch_.z0() : nullptr,
-                         chain.sigma1_e > 0 ? scratch_.z1() : nullptr, n_, dn);
+    convert(chain, charge, offset, chain.sigma0_e > 0 ? scratch_.z0() : nullptr,
+            chain.sigma1_e > 0 ? scratch_.z1() : nullptr, array_row, 0, dn);
 }
 
 /// Adds the charge of read `k`, from `from` to `to`, and its mean to what the row has collected.
@@ -171,8 +220,11 @@ void BandExposure::add_read(std::int32_t row, Time from, Time to, std::int32_t k
     float* const mean = scratch_.mean(0);
     mean_row_.fill(no_row);
     mean_between(row, from, to, mean);
-    draw(mean + left_, plan_.sensor_row[static_cast<std::size_t>(row)], static_cast<std::uint32_t>(k),
-         scratch_.counts());
+    const std::int32_t array_row = plan_.sensor_row[static_cast<std::size_t>(row)];
+    const auto read = static_cast<std::uint32_t>(k);
+    if (has_model(models::SensorStage::light))
+        run_model(models::SensorStage::light, array_row, read, mean + left_, mean + left_);
+    draw(mean + left_, array_row, read, scratch_.counts());
     kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
     kernels::accumulate_row(mean + left_, 1, n_, total_mean);
 }
@@ -198,15 +250,16 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
         from = to;
     }
     note(total_mean, charge, truth);
-    kernels::collect_row(chain_, n_, charge);
+    const auto read = static_cast<std::uint32_t>(window.read_index);
+    collect(array_row, read, charge);
     add_sample_effects(array_row, plan_.rows[i].read, 1, charge, charge);
     kernels::Chain chain = chain_;
     chain.sigma0_e = static_cast<float>(s.read_noise_e);
     chain.sigma1_e = static_cast<float>(d_.reset_e);
     chain.offset_scale = 1;
-    chain.row_e = row_noise(array_row, static_cast<std::uint32_t>(window.read_index));
-    kernels::convert_row(chain, charge, d_.pattern.row_of(d_.pattern.offset_e, array_row, window.sensor.x),
-                         scratch_.z0(), scratch_.frozen(), n_, dn);
+    chain.row_e = row_noise(array_row, read);
+    convert(chain, charge, d_.pattern.row_of(d_.pattern.offset_e, array_row, window.sensor.x), scratch_.z0(),
+            scratch_.frozen(), array_row, read, dn);
 }
 
 /// Least-squares slope of equally spaced reads, sampling up the ramp.
@@ -227,7 +280,7 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         const Time to = plan_.rows[i].reset + span * k / (window.reads - 1);
         add_read(row, from, to, k, charge, total_mean);
         std::memcpy(scratch_.signal(), charge, n_ * sizeof(float));
-        kernels::collect_row(chain_, n_, scratch_.signal());
+        collect(array_row, static_cast<std::uint32_t>(k), scratch_.signal());
         const double weight = ramp_weight(k, window.reads);
         squares += weight * weight;
         add_sample_effects(array_row, to, weight, scratch_.signal(), fitted);
@@ -237,7 +290,7 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
     kernels::Chain chain = chain_;
     chain.sigma0_e = static_cast<float>(d_.settings.read_noise_e * std::sqrt(squares));
     chain.row_e = row_noise(array_row, 0);
-    kernels::convert_row(chain, fitted, nullptr, scratch_.z0(), nullptr, n_, dn);
+    convert(chain, fitted, nullptr, scratch_.z0(), nullptr, array_row, 0, dn);
 }
 
 } // namespace obscura::sensors

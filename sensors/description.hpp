@@ -4,6 +4,7 @@
 
 #include "core/spectral_band.hpp"
 #include "core/text/enum_names.hpp"
+#include "models/values/model_values.hpp"
 
 #include <array>
 #include <cstdint>
@@ -156,6 +157,7 @@ struct SensorDescription {
     [[nodiscard]] double row_pitch_m() const { return pixel_pitch_y_m > 0 ? pixel_pitch_y_m : pixel_pitch_m; }
     ReadoutSettings readout;
     DetectorSettings detector;
+    models::ModelValues model; ///< of kind sensor: response of the pixels that a user has written
 };
 
 } // namespace obscura

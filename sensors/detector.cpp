@@ -48,6 +48,7 @@ DetectorState::DetectorState(const SensorDescription& d, std::span<const Spectra
         band_electrons_per_joule.push_back(electrons_per_joule(settings.quantum_efficiency, band));
     electrons_per_s.resize(bands.size());
     set_aperture(aperture_m);
+    if (d.model.loaded != nullptr) model.emplace(d);
     if (settings.lag > 0)
         memory.assign(static_cast<std::size_t>(sensor_width) * static_cast<std::size_t>(sensor_height), 0.0F);
 }
@@ -91,6 +92,8 @@ std::uint32_t Detector::expose(const ReadoutPlan& plan, const IrradianceBand& li
         if (!truth.saturated.empty()) row.saturated = truth.saturated.subspan(at, width);
         band.expose_row(light.first_row + r, dn.data() + at, row);
     }
+    if (band.values_replaced() != 0)
+        state.values_replaced.fetch_add(band.values_replaced(), std::memory_order_relaxed);
     return band.saturated_windows();
 }
 
@@ -154,6 +157,10 @@ std::uint64_t Detector::list_hits(const ReadoutPlan& plan, std::uint64_t frame_i
 
 const FixedPattern& Detector::fixed_pattern() const noexcept {
     return impl_->state.pattern;
+}
+
+std::uint64_t Detector::values_replaced() const noexcept {
+    return impl_->state.values_replaced.load(std::memory_order_relaxed);
 }
 
 void Detector::set_aperture(double aperture_m) noexcept {

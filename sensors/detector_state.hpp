@@ -8,8 +8,11 @@
 #include "sensors/sample_effects.hpp"
 #include "sensors/scratch.hpp"
 #include "sensors/sensor.hpp"
+#include "sensors/sensor_model.hpp"
 
+#include <atomic>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,7 +39,9 @@ struct DetectorState {
     std::int64_t reset_sample_ns; ///< double sampling: from the signal sample to the reset sample
     double dark_ratio;            ///< dark current relative to that at the reference temperature
     double reset_e;               ///< rms kTC noise
-    std::vector<float> memory;    ///< charge of the previous frame over the array; empty without lag
+    std::optional<SensorModel> model;
+    std::atomic<std::uint64_t> values_replaced{0}; ///< see Detector::values_replaced()
+    std::vector<float> memory; ///< charge of the previous frame over the array; empty without lag
 };
 
 } // namespace obscura::sensors

@@ -157,6 +157,9 @@ public:
     std::uint64_t list_hits(const ReadoutPlan& plan, std::uint64_t frame_id,
                             std::vector<ParticleHit>& list) const noexcept;
     [[nodiscard]] const FixedPattern& fixed_pattern() const noexcept;
+    /// Values of the description's model that could not be used since construction: charge that is not a
+    /// number, negative or beyond 2^31 e-, digital numbers that are not finite. Thread-safe.
+    [[nodiscard]] std::uint64_t values_replaced() const noexcept;
     /// From the next exposure on light comes through a pupil of that diameter. Between exposures, on the
     /// thread that asks for them; real-time safe.
     void set_aperture(double aperture_m) noexcept;

@@ -5,9 +5,14 @@
 #include "core/camera/camera.hpp"
 #include "core/camera/pixel_pitch.hpp"
 #include "core/camera/setting_table.hpp"
+#include "models/values/model_table.hpp"
 #include "sensors/response_pattern.hpp"
+#include "sensors/sensor_model.hpp"
 
 #include <fmt/format.h>
+
+#include <memory>
+#include <utility>
 
 namespace obscura::sensors {
 namespace {
@@ -17,6 +22,14 @@ constexpr double micro = 1e-6;
 config::Keys keys_of(SensorDescription& s);
 config::Keys keys_of(ReadoutSettings& s);
 config::Keys keys_of(DetectorSettings& s);
+
+/// Reads `model = { model = "FILE.sns", PARAMETER = VALUE }`. The detector has been read.
+void read_model(SensorDescription& sensor, const config::ReadTable& table) {
+    if (auto own = models::read_model(table, "model", "sensor")) sensor.model = *std::move(own);
+    table.refuse_if_thrown("model", [&] {
+        if (const std::string why = explain_invalid_model(sensor); !why.empty()) table.refuse("model", why);
+    });
+}
 
 } // namespace
 
@@ -50,7 +63,16 @@ config::Section section_of(SensorDescription& sensor) {
     section.keys = keys_of(sensor);
     section.tables = {std::move(readout), std::move(detector)};
     section.annotated = true;
-    section.check = [&sensor](const config::ReadTable& table) {
+    const auto word = std::make_shared<std::string>(); // where a table is wanted
+    section.keys.push_back(
+        config::key("model", word.get())
+            .or_table([&sensor, word] { return models::table_text(sensor.model); })
+            .help(
+                "Response of the pixels by a model of your own: model = { model = \"FILE.sns\", PARAMETER = VALUE }, see models.md; empty: none"));
+    section.check = [&sensor, word](const config::ReadTable& table) {
+        if (!word->empty())
+            table.refuse("model", "allowed is a table: write model = { model = \"FILE.sns\" }");
+        read_model(sensor, table);
         if (const std::string why = explain_invalid_row_pitch(sensor.pixel_pitch_m, sensor.pixel_pitch_y_m);
             !why.empty())
             table.refuse("pixel_pitch_y_um", why);

@@ -31,6 +31,7 @@ enum class Effect : std::uint32_t {
     response_columns,
     response_shape,
     response_fields,
+    model, ///< normal() of a model
 };
 
 /// Keys that separate the sensor's random numbers from those of other users of the same seed.

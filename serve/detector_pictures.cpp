@@ -5,6 +5,7 @@
 #include "core/clock.hpp"
 #include "core/io/memory_budget.hpp"
 #include "emulator/camera/frame_maker.hpp"
+#include "models/values/model_values.hpp"
 #include "sensors/sensor_file.hpp"
 #include "service/failure.hpp"
 
@@ -63,6 +64,10 @@ const SensorDescription& DetectorPictures::read(const nlohmann::json& field) {
             if (file != field.end() && file->is_string())
                 (void)scene_.file(config::shipped_sensors, file->get<std::string>());
             const config::Value table = service::value_of(field, "sensor");
+            const config::Member* const model = table.find("model");
+            const config::Member* const text = model == nullptr ? nullptr : model->value.find("model");
+            if (text != nullptr && text->value.kind == config::Value::Kind::string)
+                (void)scene_.file(models::shipped_models("sensor"), text->value.string);
             config::Mistakes mistakes;
             read_section(&table, table.at, {scene_.own_file(), "sensor"},
                          sensors::referring_section_of(sensor), mistakes);
@@ -71,6 +76,10 @@ const SensorDescription& DetectorPictures::read(const nlohmann::json& field) {
         const DetectorSettings& detector = sensor.detector;
         for (const std::string& map : {detector.response_map, detector.dark_map, detector.offset_map})
             if (!map.empty()) scene_.check_file(map, map);
+        if (sensor.model.loaded != nullptr) {
+            const std::string& file = sensor.model.loaded->model->name();
+            scene_.check_file(file, file);
+        }
     });
     made_.reset();
     sensor_ = std::move(sensor);

@@ -79,14 +79,15 @@ struct CameraCounters {
     std::uint64_t late = 0;     ///< complete frames with rows that were not ready in time
     std::uint64_t late_rows = 0;
     std::uint64_t stalled = 0, stalled_rows = 0; ///< see emulator::ReleaseCounters
-    std::uint64_t failed = 0;       ///< frames with rows that could not be rendered, frame_failed
-    std::uint64_t poses_held = 0;   ///< frames that show a pose of another time, frame_pose_held
-    std::uint64_t abandoned = 0;    ///< frames with rows missing: aborted, or abandoned as too late
-    std::uint64_t repeated = 0;     ///< LatePolicy::repeat
-    std::uint64_t late_dropped = 0; ///< LatePolicy::drop
-    std::uint64_t partial = 0;      ///< LatePolicy::partial
-    AheadCounters ahead;            ///< frames rendered before their trigger
-    QualityCounters quality;        ///< frames rendered below full quality to be in time
+    std::uint64_t failed = 0;          ///< frames with rows that could not be rendered, frame_failed
+    std::uint64_t poses_held = 0;      ///< frames that show a pose of another time, frame_pose_held
+    std::uint64_t values_replaced = 0; ///< see sensors::Detector::values_replaced()
+    std::uint64_t abandoned = 0;       ///< frames with rows missing: aborted, or abandoned as too late
+    std::uint64_t repeated = 0;        ///< LatePolicy::repeat
+    std::uint64_t late_dropped = 0;    ///< LatePolicy::drop
+    std::uint64_t partial = 0;         ///< LatePolicy::partial
+    AheadCounters ahead;               ///< frames rendered before their trigger
+    QualityCounters quality;           ///< frames rendered below full quality to be in time
 };
 
 /// Counters of the port for simulators.
@@ -175,6 +176,10 @@ inline constexpr auto camera_metrics = [] {
         counter<&C::ahead, &A::early>(ahead, "early"),
         counter<&C::ahead, &A::moved>(ahead, "reprojected"),
         counter<&C::ahead, &A::discarded>(ahead, "discarded"),
+        counter<&C::values_replaced>(root, "sensor_values_replaced")
+            .as_counter(
+                "sensor_values_replaced_total",
+                "Values of the sensor's model that were not numbers, or out of range, and were replaced."),
         counter<&C::quality, &Q::degraded>(quality, "degraded")
             .as_counter("frames_degraded_total", "Frames rendered below full quality to be in time.")
             .on_status(7, "degraded"),

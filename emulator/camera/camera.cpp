@@ -467,6 +467,7 @@ CameraCounters Camera::counters() const noexcept {
     c.stalled_rows = released.stalled_rows;
     c.failed = maker_.failed_frames();
     c.poses_held = maker_.frames_with_held_poses();
+    c.values_replaced = maker_.sensor_values_replaced();
     c.abandoned = released.abandoned;
     c.repeated = released.repeated;
     c.late_dropped = released.dropped;

@@ -163,6 +163,10 @@ public:
     [[nodiscard]] std::uint64_t frames_with_held_poses() const noexcept {
         return poses_held_.load(std::memory_order_relaxed);
     }
+    /// See sensors::Detector::values_replaced(). Thread-safe.
+    [[nodiscard]] std::uint64_t sensor_values_replaced() const noexcept {
+        return detector_.values_replaced();
+    }
     /// What rendering has thrown. Thread-safe.
     [[nodiscard]] RenderFaults& faults() noexcept { return faults_; }
 

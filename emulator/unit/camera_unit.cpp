@@ -9,6 +9,7 @@
 #include "renderer/world/model_warnings.hpp"
 #include "renderer/world/pose_age.hpp"
 #include "renderer/world/preset_range.hpp"
+#include "sensors/sensor_model.hpp"
 #include "service/failure.hpp"
 #include "service/tokens.hpp"
 
@@ -239,9 +240,23 @@ void CameraUnit::report_render_faults() {
     }
 }
 
+void CameraUnit::report_sensor_model() {
+    if (!std::exchange(sensor_judged_, true))
+        for (const std::string& line : sensors::sensor_model_warnings(probe_settings_->sensor))
+            log_warning("model: {}", line);
+    if (replacing_seen_) return;
+    const std::uint64_t count = imaging_->detector->values_replaced();
+    if (count == 0) return;
+    replacing_seen_ = true;
+    log_warning(
+        "the sensor's model gives values that are not numbers, or out of range: {} so far are replaced; they are counted",
+        count);
+}
+
 void CameraUnit::tick() {
     report_pose_ages();
     report_render_faults();
+    report_sensor_model();
     // The next frame may be rendered with the new scene while this one is made with the one before.
     if (const FrameMaker& maker = *imaging_->maker; !retired_.empty() && maker.uses(*imaging_->renderer)) {
         // Destroyed after the lock, which takes time.

@@ -161,6 +161,8 @@ private:
     void report_pose_ages();
     /// Logs when rendering begins to fail, and when it works again.
     void report_render_faults();
+    /// Logs once what the author of the sensor's model should know, and once that values are replaced.
+    void report_sensor_model();
 
     const bool uncontrolled_; ///< no client can start the acquisition
     const ThreadPlan threads_;
@@ -197,6 +199,8 @@ private:
     std::atomic<double> pose_age_s_{0};
     std::vector<std::string> reported_ages_; ///< AgedPoses::key of what was logged for this scene
     bool presets_judged_ = false;            ///< presets_out_of_range() of this scene was logged
+    bool sensor_judged_ = false;             ///< sensor_model_warnings() were logged
+    bool replacing_seen_ = false;            ///< that values of the model are replaced was logged
     std::uint64_t faults_seen_ = 0;          ///< RenderFaults::count() at the last look
     Time fault_seen_;                        ///< when it was seen to grow last; 0: rendering works
     std::mutex commands_;                    ///< of run_between_commands() without a control thread

@@ -105,6 +105,11 @@ EntryPoint projection_entry(std::string_view name, Type type, EntryArgument argu
     return {name, type, {argument}, {1}, false, help, one_of};
 }
 
+EntryPoint sensor_entry(std::string_view name, std::string_view value, std::string_view help) {
+    return {name, Type::scalar, {{Type::scalar, value}, {Type::scalar, "x"}, {Type::scalar, "y"}}, {3}, false,
+            help, true};
+}
+
 std::string signature(const EntryPoint& entry) {
     std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
     for (std::size_t i = 0; i < entry.arguments.size(); ++i) {
@@ -167,6 +172,20 @@ const std::vector<ModelKind>& model_kinds() {
                            "Fraction of the light from a direction that reaches the focal plane")},
          {},
          {{Type::scalar, "focal_length"}}},
+        {"sensor",
+         "sensor model",
+         ".sns",
+         "Response of a sensor's pixels.",
+         {sensor_entry(
+              "light", "mean",
+              "Expected charge, e-, from that of light, dark current, blooming and smear, before shot "
+              "noise; x, y: column and row of the pixel on the array"),
+          sensor_entry("collect", "charge",
+                       "Charge that is kept of a charge, e-: in place of full well and non-linearity"),
+          sensor_entry("convert", "signal",
+                       "Signal at the converter, DN, from that with noise, gain and black level")},
+         {{"normal", {Type::scalar}, Type::scalar}},
+         {{Type::scalar, "full_well"}}},
     };
     return kinds;
 }

@@ -56,7 +56,7 @@ std::optional<ModelValues> read_model(const config::ReadTable& table, std::strin
 std::string table_text(const ModelValues& values) {
     if (values.loaded == nullptr) return {};
     ModelValues written = values; // the keys bind to what can be written
-    std::string file = values.loaded->model->name();
+    const std::string file = absolute_path(values.loaded->model->name()).string();
     std::string text = fmt::format("{{ {} = {}", model_name, config::toml_string(file));
     for (const config::Key& key : parameter_keys(written))
         text += fmt::format(", {} = {}", key.name, value_text(key));

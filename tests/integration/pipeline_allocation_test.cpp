@@ -312,6 +312,14 @@ TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
     const TempFolder folder;
     DaemonOptions options;
     options.size = 256;
+    // With a model in each place that the sensor has for one.
+    folder.write(
+        "pixel.sns",
+        "scalar light(scalar mean, scalar x, scalar y) { return mean * (1 + 1e-4 * x); }\n"
+        "scalar collect(scalar charge, scalar x, scalar y)\n"
+        "{ return 4e4 * (1 - exp(-charge / 4e4)) * (1 + 0.01 * normal(0)) + (y == 1 ? M_NAN : 0); }\n"
+        "scalar convert(scalar signal, scalar x, scalar y) { return signal + normal(2); }\n");
+    options.more = "[sensor]\nmodel = { model = \"pixel.sns\" }\n";
     const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
     // With truth tables, which are listed on the rendering thread.
     emulator::Imaging imaging(config, 12, {}, {.scene_entries = 1000});
@@ -326,6 +334,7 @@ TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
     run.stop();
     CHECK(counts.realtime == 0);
     CHECK(listed > 110);
+    CHECK(imaging.detector->values_replaced() >= 100 * 256);
     std::cout << "allocations during 100 frames: " << counts.realtime << " on real-time threads, "
               << counts.all << " in all\n";
 }

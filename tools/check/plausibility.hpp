@@ -63,6 +63,8 @@ public:
     /// A frame made `made` tiles of the terrain of `body` where there is room for `slots`.
     void judge_tiles(std::string_view body, std::uint64_t made, std::uint64_t slots);
     void add_times(const TimeFigures& times);
+    /// What the author of a model beside the scene's should know.
+    void add_model(std::string line) { add("model", std::move(line)); }
     void add_rendering(const RenderFigures& rendering);
 
     [[nodiscard]] const std::vector<Oddity>& oddities() const noexcept { return oddities_; }

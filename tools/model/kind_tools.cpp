@@ -12,6 +12,7 @@
 #include "tools/model/motion_tools.hpp"
 #include "tools/model/projection_tools.hpp"
 #include "tools/model/psf_tools.hpp"
+#include "tools/model/sensor_tools.hpp"
 #include "tools/model/texture_tools.hpp"
 
 #include <fmt/format.h>
@@ -27,8 +28,8 @@ ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
 }
 
 const std::vector<const KindTools*>& kind_tools() {
-    static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(), &texture_tools(),
-                                                     &psf_tools(), &projection_tools()};
+    static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(),     &texture_tools(),
+                                                     &psf_tools(),      &projection_tools(), &sensor_tools()};
     return tools;
 }
 

@@ -12,6 +12,7 @@
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "sensors/sensor_file.hpp"
+#include "sensors/sensor_model.hpp"
 #include "tools/check/camera_plausibility.hpp"
 #include "tools/check/device_check.hpp"
 #include "tools/check/report.hpp"
@@ -133,6 +134,8 @@ public:
             Plausibility view =
                 view_of_camera(config.several ? fmt::format("camera[{}]", i) : "", camera, built);
             view.add_times(times_of_camera(camera, built));
+            for (std::string& line : sensors::sensor_model_warnings(camera.sensor))
+                view.add_model(std::move(line));
             if (!quick_) estimate(view, camera, built, estimate_s / static_cast<double>(cameras.size()));
             judged_.push_back(std::move(view));
         }
