@@ -179,6 +179,10 @@ refused("a non-linearity beside it", 'model = { model = "lin-log" }\n[sensor.det
 status, said, error = call("check", configuration('model = { model = "fall.sns" }'))
 check("a check tells what its author should know", status == 0 and "collect() falls from 70" in said + error, said + error)
 
+(folder / "falling.toml").write_text('name = "falling"\nmodel = { model = "fall.sns" }\n')
+status, said, error = call("check", "falling.toml", "--strict")
+check("and of a sensor file", status == 1 and "obscura check: warning: sensor: " in error and "collect() falls from 70" in error, said + error)
+
 status, printed, error = call("--config", configuration('model = { model = "noisy.sns", gain = 0.7, tilt_deg = 30 }'), "--print-config", program=obscurad)
 line = next((line for line in printed.splitlines() if line.startswith("model = {")), "")
 check("the effective configuration has it", status == 0 and line == f'model = {{ model = "{folder.resolve()}/noisy.sns", gain = 0.7, tilt_deg = 30.0 }}', line + error)

@@ -125,12 +125,17 @@ def detector_pictures(camera, folder):
                   lambda: exposed(1, sensor={"readout": {"width": 60000, "height": 60000}}))
     (folder.parent / "outside.toml").write_text('name = "x"\n')
     (folder.parent / "map.fits").write_bytes(b"SIMPLE")
+    (folder.parent / "outside.sns").write_text("scalar light(scalar mean, scalar x, scalar y) { return 2 * mean; }\n")
+    (folder / "inside.sns").write_text((folder.parent / "outside.sns").read_text())
+    (folder / "modelled.toml").write_text('name = "x"\nmodel = { model = "../outside.sns" }\n')
     (folder / "maps.toml").write_text('name = "x"\n[detector]\nresponse_map = "../map.fits"\n')
     for field in ("../outside.toml", "/etc/passwd", {"file": "../outside.toml"}, {"file": "/etc/passwd"}, "maps.toml",
-                  {"detector": {"dark_map": str(folder.parent / "map.fits")}}):
+                  {"detector": {"dark_map": str(folder.parent / "map.fits")}}, {"model": {"model": "../outside.sns"}}, "modelled.toml"):
         check_refused(f"a file outside: {field}", "bad-scene", "only files below the server's folder", lambda: exposed(1, sensor=field))
     (folder / "own.toml").write_text((source / "config" / "sensors" / "generic.toml").read_text())
     check("a sensor file inside is used", exposed(1, sensor="own.toml").values.size > 0)
+    brighter = exposed(1, sensor={"model": {"model": "inside.sns"}}).values.mean(dtype=float)
+    check("a model of a sensor is used", brighter > exposed(1, sensor={}).values.mean(dtype=float), brighter)
 
 
 def codecs(camera):

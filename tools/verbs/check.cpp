@@ -109,6 +109,7 @@ public:
             throw host::UsageError("obscura check: --print goes without --json and --devices");
         if (kind == FileKind::sensor) {
             const SensorDescription sensor = sensors::load_sensor(file_);
+            sensor_warnings_ = sensors::sensor_model_warnings(sensor);
             return finish("sensor", fmt::format("sensor {}, {} x {} px", sensor.name, sensor.readout.width,
                                                 sensor.readout.height));
         }
@@ -193,12 +194,15 @@ private:
             print_text(summary);
         for (Plausibility& view : judged_)
             view.warn("check");
+        for (const std::string& line : sensor_warnings_)
+            print_message("obscura check: warning: " + line);
         const auto state = [&](DeviceState wanted) {
             return std::any_of(trials_.begin(), trials_.end(),
                                [&](const DeviceTrial& trial) { return trial.state == wanted; });
         };
         if (state(DeviceState::failed)) return exit_hardware;
-        const bool odd = std::any_of(judged_.begin(), judged_.end(),
+        const bool odd = !sensor_warnings_.empty() ||
+                         std::any_of(judged_.begin(), judged_.end(),
                                      [](const Plausibility& view) { return !view.oddities().empty(); });
         return strict_ && (odd || state(DeviceState::missing)) ? exit_failure : exit_ok;
     }
@@ -235,7 +239,8 @@ private:
 
     std::string file_;
     bool scene_ = false, print_ = false, quick_ = false, strict_ = false, devices_ = false, json_ = false;
-    std::vector<Plausibility> judged_; ///< of each camera
+    std::vector<Plausibility> judged_;         ///< of each camera
+    std::vector<std::string> sensor_warnings_; ///< of a sensor file's model
     std::vector<DeviceTrial> trials_;
 };
 
