@@ -272,8 +272,10 @@ Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistak
             std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == member.key; });
         if (key != keys.end()) {
             mistakes.collect([&] {
-                const Value& value =
-                    annotated && !key->allows_table() ? unwrapped(member.value, here) : member.value;
+                // A table of its own has no key "value".
+                const bool own = key->allows_table() && member.value.kind == Value::Kind::table &&
+                                 member.value.find("value") == nullptr;
+                const Value& value = annotated && !own ? unwrapped(member.value, here) : member.value;
                 if (!(key->allows_table() && value.kind == Value::Kind::table))
                     std::visit(Reader(*key, value, here), key->target);
             });

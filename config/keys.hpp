@@ -208,8 +208,7 @@ private:
 /// Reads the members of `table` into the targets of `keys`. A key that cannot be read leaves its target
 /// unchanged. Members named in `elsewhere` (tables, or keys that the caller reads) are skipped; any other
 /// unknown key is a mistake, with a suggestion, and so is a missing required key. With `annotated`, a value
-/// may also be written as { value = ..., provenance = "...", source = "..." }, except of keys with
-/// or_table().
+/// may also be written as { value = ..., provenance = "...", source = "..." }.
 Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistakes& mistakes,
                 const std::vector<std::string_view>& elsewhere = {}, bool annotated = false);
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sensors/band_exposure.hpp"
 
+#include "models/kinds/timing_program.hpp"
 #include "sensors/rts_noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -106,6 +108,22 @@ std::int32_t BandExposure::row_on_array(std::int32_t row) const noexcept {
 // Rows of light and of expected charge begin at the first halo column; rows after the random draw begin at
 // the window's own first column.
 
+/// Multiplies the light of pixels whose exposures are longer or shorter than that of their row.
+void BandExposure::weigh_exposures(std::int32_t row, float* light) const noexcept {
+    const TimedWindow& timed = plan_.timed_windows[window_];
+    const models::TimedFrame frame{timed.region.height, timed.region.width, timed.exposure_ns};
+    const auto of_row = static_cast<float>(plan_.rows[planned(row)].exposure_ns());
+    const std::int32_t of_frame = static_cast<std::int32_t>(planned(row)) - first_row_;
+    std::array<RowTime, 128> times;
+    for (std::size_t at = 0; at < wide_; at += times.size()) {
+        const std::span some = std::span(times).first(std::min(times.size(), wide_ - at));
+        plan_.pixel_timing->fill_pixels(frame, of_frame,
+                                        wide_x_ + static_cast<std::int32_t>(at) - timed.region.x, some);
+        for (std::size_t i = 0; i < some.size(); ++i)
+            light[at + i] *= static_cast<float>(some[i].exposure_ns()) / of_row;
+    }
+}
+
 /// Electrons per second from light in a pixel of mean response, before crosstalk; padded by one copy of the
 /// edge pixel on either side.
 const float* BandExposure::raw_light(std::int32_t row) noexcept {
@@ -130,6 +148,7 @@ const float* BandExposure::raw_light(std::int32_t row) noexcept {
         kernels::light_row(values, nullptr, static_cast<float>(d_.electrons_per_s[b]), b > 0, wide_, out);
     }
     if (d_.electrons_per_s.empty()) std::fill_n(out, wide_, 0.0F);
+    if (plan_.pixel_timing != nullptr) weigh_exposures(row, out);
     out[-1] = out[0];
     out[wide_] = out[wide_ - 1];
     return out;

@@ -37,6 +37,7 @@ private:
     [[nodiscard]] std::size_t planned(std::int32_t row) const noexcept;
     [[nodiscard]] std::int32_t row_on_array(std::int32_t row) const noexcept;
     [[nodiscard]] const float* raw_light(std::int32_t row) noexcept;
+    void weigh_exposures(std::int32_t row, float* light) const noexcept;
     [[nodiscard]] const float* light(std::int32_t row) noexcept;
     void mean_between(std::int32_t row, Time begin, Time end, float* out) noexcept;
     [[nodiscard]] float* mean_of_exposure(std::int32_t row) noexcept;

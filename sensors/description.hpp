@@ -8,17 +8,24 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace obscura {
 
+namespace models {
+struct ModelValues;
+class TimingProgram;
+} // namespace models
+
 /// `rolling`: a reset pointer runs ahead of the read pointer. `global`: all rows are exposed together, then
 /// read. `push_broom`: one row is read repeatedly at the line rate; a window's height counts lines.
-enum class Shutter : std::uint8_t { rolling, global, push_broom };
+/// `model`: as ReadoutSettings::timing says.
+enum class Shutter : std::uint8_t { rolling, global, push_broom, model };
 constexpr auto enum_names(Shutter /*type*/) {
     return std::array{EnumName{Shutter::rolling, "rolling"}, EnumName{Shutter::global, "global"},
-                      EnumName{Shutter::push_broom, "push-broom"}};
+                      EnumName{Shutter::push_broom, "push-broom"}, EnumName{Shutter::model, "model"}};
 }
 
 /// Readout of several windows under a rolling shutter. `sequential`: one window after the other, each with
@@ -34,6 +41,9 @@ constexpr auto enum_names(WindowMode /*type*/) {
 struct ReadoutSettings {
     std::int32_t width = 1024, height = 1024; ///< the whole array, pixels
     Shutter shutter = Shutter::rolling;
+    /// Times by Shutter::model, and what they were made of.
+    std::shared_ptr<const models::TimingProgram> timing{};
+    std::shared_ptr<const models::ModelValues> timing_values{};
     double pixel_clock_hz = 40e6;
     std::int32_t outputs = 1;
     std::int64_t row_overhead_ns = 1000;

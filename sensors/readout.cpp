@@ -2,6 +2,7 @@
 // Readout planning: reset and read time of each row. Two row pointers, as on the STAR250 (data sheet, section
 // on the shift registers): the reset pointer runs ahead of the read pointer, and both act at fixed instants
 // of a row slot.
+#include "sensors/modelled_readout.hpp"
 #include "sensors/row_slots.hpp"
 #include "sensors/sensor.hpp"
 
@@ -42,6 +43,8 @@ std::string refuse(const ReadoutSettings& s) {
         return fmt::format("readout.exposure_step_ns: {}, 1 ns to 1 s are allowed", s.exposure_step_ns);
     if (s.shutter == Shutter::push_broom && !(s.line_rate_hz >= 1e-3 && s.line_rate_hz <= 1e7))
         return fmt::format("readout.line_rate_hz: {}, 1e-3 to 1e7 are allowed", s.line_rate_hz);
+    if (s.shutter == Shutter::model && s.timing == nullptr)
+        return "readout.shutter: times of your own have a table: write shutter = { model = \"FILE.tim\" }";
     if (s.window_step < 1 || s.windows_max < 1 || s.windows_max > static_cast<std::int32_t>(max_windows))
         return fmt::format(
             "readout.window_step ({}) and windows_max ({}): at least 1, and at most {} windows, are allowed",
@@ -437,9 +440,12 @@ std::string plan_readout(const ReadoutSettings& settings, std::span<const Window
     plan.rows.clear();
     plan.sensor_row.clear();
     plan.release.clear();
+    plan.pixel_timing = nullptr;
+    plan.timed_windows.clear();
     plan.readout_ns = 0;
     plan.row_ns = row_slot_ns(settings, windows[0].region.width);
 
+    if (settings.shutter == Shutter::model) return plan_modelled(settings, accepted, flags, trigger, plan);
     if (settings.shutter != Shutter::rolling)
         plan_common_exposure(settings, accepted, flags, trigger, plan);
     else if (settings.window_mode == WindowMode::interleaved || accepted.size() == 1)

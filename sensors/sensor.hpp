@@ -50,6 +50,13 @@ struct ReadoutFlagName {
 /// Names of the flags that are set, in the order of their bits, separated by '|'.
 [[nodiscard]] std::string flag_names(std::uint32_t flags);
 
+/// What a model of times was asked for a window.
+struct TimedWindow {
+    Time trigger;
+    Region region; ///< in sensor pixels
+    std::int64_t exposure_ns = 0;
+};
+
 /// Readout of one frame after a trigger. Rows appear in the order of the composed image (= readout order). A
 /// row integrates light from rows[i].reset to rows[i].read (cds and ramp: between the first and the last
 /// read); under a global shutter that is the exposure common to all rows, and the row leaves the chip later:
@@ -67,6 +74,11 @@ struct ReadoutPlan {
     Time cycle_start;                     ///< rolling: start of the first row slot of the cycle of reads
     std::int64_t readout_ns = 0;          ///< first to last row slot, all windows
     std::int64_t frame_period_ns = 0;     ///< shortest time to the next trigger
+    /// Shutter::model: ReadoutSettings::timing, which outlives the plan, if pixels have times of their own,
+    /// and what it was asked for each of `windows`; `rows` are then those of the middle pixels. Null: rows
+    /// have times.
+    const models::TimingProgram* pixel_timing = nullptr;
+    std::vector<TimedWindow> timed_windows;
 };
 
 /// Plans a frame of a camera that has been running with these settings. Reentrant, a pure function of its

@@ -5,6 +5,7 @@
 #include "core/camera/camera.hpp"
 #include "core/camera/pixel_pitch.hpp"
 #include "core/camera/setting_table.hpp"
+#include "models/kinds/timing_program.hpp"
 #include "models/values/model_table.hpp"
 #include "sensors/response_pattern.hpp"
 #include "sensors/sensor_model.hpp"
@@ -31,6 +32,20 @@ void read_model(SensorDescription& sensor, const config::ReadTable& table) {
     });
 }
 
+/// Reads `shutter = { model = "FILE.tim", PARAMETER = VALUE }`.
+void read_timing(ReadoutSettings& s, const config::ReadTable& table) {
+    if (auto own = models::read_model(table, "shutter", "timing")) {
+        table.refuse_if_thrown("shutter", [&] {
+            s.timing = std::make_shared<const models::TimingProgram>(own->loaded->model,
+                                                                     models::program_parameters(*own));
+            s.timing_values = std::make_shared<const models::ModelValues>(*std::move(own));
+            s.shutter = Shutter::model;
+        });
+    } else if (s.shutter == Shutter::model && s.timing == nullptr && table.has("shutter")) {
+        table.refuse("shutter", "times of your own have a table: write shutter = { model = \"FILE.tim\" }");
+    }
+}
+
 } // namespace
 
 config::Section section_of(SensorDescription& sensor) {
@@ -44,6 +59,7 @@ config::Section section_of(SensorDescription& sensor) {
             table.refuse_table(
                 fmt::format("sample_instant_ns {} < reset_instant_ns {} < row_overhead_ns {} does not hold",
                             r.sample_instant_ns, r.reset_instant_ns, r.row_overhead_ns));
+        read_timing(r, table);
     };
     config::Section detector;
     detector.name = "detector";
@@ -169,7 +185,13 @@ config::Keys keys_of(ReadoutSettings& s) {
             .unit("px")
             .range(1, max_sensor_extent)
             .help("Rows of the pixel array"),
-        config::key("shutter", &s.shutter).help("Shutter: how exposures of rows relate to each other"),
+        config::key("shutter", &s.shutter)
+            .or_table([&s] {
+                return s.shutter == Shutter::model && s.timing_values ? models::table_text(*s.timing_values)
+                                                                      : std::string();
+            })
+            .help("Shutter: how exposures of rows relate to each other; times of your own: "
+                  "shutter = { model = \"FILE.tim\", PARAMETER = VALUE }, see models.md"),
         config::key("pixel_clock_hz", &s.pixel_clock_hz)
             .unit("Hz")
             .range(1e3, 1e11)

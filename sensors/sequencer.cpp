@@ -19,7 +19,10 @@ bool same(const WindowRequest& a, const WindowRequest& b) {
 } // namespace
 
 Time ReadoutSequencer::start_of(const ReadoutSettings& settings, Time trigger) const noexcept {
-    if (!running_ || trigger >= reading_until_ || settings.shutter == Shutter::push_broom) return trigger;
+    // Lines, and times of a model, follow the trigger.
+    if (!running_ || trigger >= reading_until_ || settings.shutter == Shutter::push_broom ||
+        settings.shutter == Shutter::model)
+        return trigger;
     return grid_origin_ + ceil_div(trigger - grid_origin_, grid_ns_) * grid_ns_;
 }
 

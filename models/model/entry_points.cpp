@@ -110,7 +110,15 @@ EntryPoint sensor_entry(std::string_view name, std::string_view value, std::stri
             help, true};
 }
 
+EntryPoint timing_entry(std::string_view name, std::string_view written, std::string_view help) {
+    return {
+        name,   Type::scalar, {{Type::scalar, "row"}, {Type::scalar, "column"}, {Type::scalar, "exposure"}},
+        {2, 3}, true,         help,
+        false,  written};
+}
+
 std::string signature(const EntryPoint& entry) {
+    if (!entry.written.empty()) return std::string(entry.written);
     std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
     for (std::size_t i = 0; i < entry.arguments.size(); ++i) {
         const bool opens = i > 0 && std::find(entry.stops.begin(), entry.stops.end(), i) != entry.stops.end();
@@ -186,6 +194,22 @@ const std::vector<ModelKind>& model_kinds() {
                        "Signal at the converter, DN, from that with noise, gain and black level")},
          {{"normal", {Type::scalar}, Type::scalar}},
          {{Type::scalar, "full_well"}}},
+        {"timing",
+         "timing model",
+         ".tim",
+         "Times at which rows or pixels are exposed.",
+         {timing_entry(
+              "reset",
+              "scalar reset(scalar row, scalar exposure), or scalar reset(scalar row, scalar column, "
+              "scalar exposure)",
+              "Begin of the exposure of a row, or of a pixel, s after the trigger; row, column: of "
+              "what is read, from 0; exposure: as asked for, s"),
+          timing_entry("read",
+                       "scalar read(scalar row, scalar exposure), or scalar read(scalar row, scalar column, "
+                       "scalar exposure)",
+                       "End of it, by the same arguments")},
+         {},
+         {{Type::scalar, "rows"}, {Type::scalar, "columns"}}},
     };
     return kinds;
 }

@@ -33,6 +33,8 @@ struct EntryPoint {
     bool required = false;
     std::string_view help;
     bool one_of = false; ///< one of the functions of the kind that say so is required
+    /// How messages write it, for arguments that are others by their number; empty: as the arguments say.
+    std::string_view written{};
 };
 
 /// A function that reads a texture.

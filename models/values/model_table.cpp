@@ -40,6 +40,8 @@ std::optional<ModelValues> read_model(const config::ReadTable& table, std::strin
                                       std::string_view kind) {
     const config::Member* const member = table.table() == nullptr ? nullptr : table.table()->find(key);
     if (member == nullptr || member->value.kind != config::Value::Kind::table) return {};
+    // A word with its provenance.
+    if (member->value.find("value") != nullptr && member->value.find(model_name) == nullptr) return {};
     const config::Where where = table.where().in(key);
     std::optional<ModelValues> read;
     (void)table.mistakes().collect([&] {

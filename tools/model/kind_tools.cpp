@@ -14,6 +14,7 @@
 #include "tools/model/psf_tools.hpp"
 #include "tools/model/sensor_tools.hpp"
 #include "tools/model/texture_tools.hpp"
+#include "tools/model/timing_tools.hpp"
 
 #include <fmt/format.h>
 
@@ -29,7 +30,8 @@ ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
 
 const std::vector<const KindTools*>& kind_tools() {
     static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(),     &texture_tools(),
-                                                     &psf_tools(),      &projection_tools(), &sensor_tools()};
+                                                     &psf_tools(),      &projection_tools(), &sensor_tools(),
+                                                     &timing_tools()};
     return tools;
 }
 

@@ -25,6 +25,8 @@ std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& 
         low = std::min(low, plan.sensor_row[i]);
         high = std::max(high, plan.sensor_row[i]);
     }
+    const bool in_order = std::is_sorted(plan.rows.begin(), plan.rows.end(),
+                                         [](const RowTime& a, const RowTime& b) { return a.read < b.read; });
     const double span = std::max<double>(1, static_cast<double>(end - begin));
     const double rows = high - low + 1;
     const auto x = [&](Time t) {
@@ -57,7 +59,9 @@ std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& 
         const std::string_view colour = window_colours[w % std::size(window_colours)];
         std::string resets, reads, back;
         // Draw at most 500 points per line.
-        const std::int32_t step = std::max(1, window.sensor.height / 500);
+        std::int32_t step = std::max(1, window.sensor.height / 500);
+        // Rows that alternate in time show it by odd steps.
+        if (!in_order && step % 2 == 0) ++step;
         for (std::int32_t r = 0;; r = std::min(r + step, window.sensor.height - 1)) {
             const auto i = static_cast<std::size_t>(window.image_y + r);
             const double at = y(plan.sensor_row[i] + 0.5);
