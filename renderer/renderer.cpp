@@ -13,6 +13,7 @@
 #include "renderer/passes/row_pass.hpp"
 #include "renderer/passes/row_scheduler.hpp"
 #include "renderer/passes/row_set_up.hpp"
+#include "renderer/passes/scan_pass.hpp"
 #include "renderer/passes/scratch.hpp"
 #include "renderer/passes/tile_loading.hpp"
 #include "renderer/passes/truth_pass.hpp"
@@ -88,8 +89,16 @@ struct Renderer::Impl {
                 request.alone != nullptr ? &request.alone->impl_->scratch : nullptr};
     }
     [[nodiscard]] PassRequest pass_of(const RenderRequest& request) const {
-        return {request, rows_of(request), request.keep != nullptr ? &request.keep->impl_->light : nullptr,
-                request.from != nullptr ? &request.from->impl_->light : nullptr};
+        PassRequest pass{request, rows_of(request),
+                         request.keep != nullptr ? &request.keep->impl_->light : nullptr,
+                         request.from != nullptr ? &request.from->impl_->light : nullptr};
+        if (request.pixel_times) {
+            pass.common_mid.reset();
+            pass.levels = {};
+            pass.keep = pass.from = nullptr;
+            pass.keep_light = pass.from_light = nullptr;
+        }
+        return pass;
     }
     /// The memory that the request's rows share, with what it keeps of the frame's earlier requests.
     RowBlock& block_of(const RenderRequest& request) const;
@@ -252,6 +261,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                                                               static_cast<std::size_t>(request.window.width));
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     assert(request.levels.empty() || request.levels.size() == request.row_times.size());
+    assert(!request.line || !request.pixel_times);
     assert(!request.line || (request.gate == nullptr && request.samples.empty() && request.variance.empty()));
     // The wings of each line are maps of their own: no more at a time than rows share.
     if (request.line && request.rows > 1 && built.wing_kernels)
@@ -261,8 +271,9 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     rows.cancel = request.gate == nullptr && request.keep == nullptr ? cancel : nullptr;
     const PassRequest pass = impl_->pass_of(request);
     if (pass.keep_light != nullptr) impl_->begin_keeping(pass);
-    built.splatter.star_rows().assign(request.row_times, request.window, pass.sensor_y(0),
-                                      request.line.has_value(), rows.stars);
+    if (pass.pixel_times) fill_spans(pass, rows);
+    built.splatter.star_rows().assign(pass.pixel_times ? rows.spans : pass.row_times, request.window,
+                                      pass.sensor_y(0), request.line.has_value(), rows.stars);
     if (!fill_sample_grid(workers, pass, cancel, rows) ||
         !fill_sparse_grid(workers, pass, QualityLevel::grid, cancel, rows) ||
         !fill_sparse_grid(workers, pass, QualityLevel::quarter, cancel, rows) ||
@@ -271,7 +282,8 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
         !fill_wings(workers, pass, cancel, rows))
         return false;
     const auto render_row = [&](std::int32_t r, Scratch& s) {
-        const RenderedRow how = renderer::render_row(built, pass, rows, r, irradiance, s);
+        const RenderedRow how = pass.pixel_times ? render_scanned_row(built, pass, rows, r, irradiance, s)
+                                                 : renderer::render_row(built, pass, rows, r, irradiance, s);
         if (request.gate != nullptr) request.gate->done(r, how);
     };
     if (request.gate == nullptr)
@@ -310,6 +322,7 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
     assert(aovs.size() == aov_count * plane);
     return impl_->workers.for_rows(
         RenderPart::rest, request.rows, impl_->rows_of(request), cancel, [&](std::int32_t r, Scratch& s) {
+            if (request.pixel_times) return trace_scanned_aovs(impl_->built, request, r, aovs, s);
             const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
             const RowState& row = begin_row(impl_->built, time_s, s);
             trace_aovs(*s.lens, row, request.window.x, request.window.y + request.first_row + r,

@@ -13,6 +13,7 @@
 #include "core/geometry.hpp"
 #include "core/time.hpp"
 #include "renderer/integrators/aovs.hpp"
+#include "renderer/pixel_times.hpp"
 #include "renderer/render_work.hpp"
 #include "renderer/reprojection/kept_window.hpp"
 #include "renderer/scene/scene.hpp"
@@ -182,7 +183,11 @@ struct RenderRequest {
     std::int32_t first_row = 0; ///< rows [first_row, first_row + rows) of the window
     std::int32_t rows = 0;
     std::span<const RowTime> row_times; ///< one per requested row; see RenderSettings::max_instants
-    std::uint64_t frame_id = 0;         ///< decorrelates the sampling of successive frames
+    /// Where pixels have times of their own, which count then: not with `line`; levels, `keep` and `from` do
+    /// nothing. Pixels among which nothing moves much share a time (renderer/passes/scan_pass.hpp), and the
+    /// wings of the PSF in a row are those at the time of the row.
+    PixelTimes pixel_times{};
+    std::uint64_t frame_id = 0; ///< decorrelates the sampling of successive frames
     /// See common_mid(): of all rows of the frame, requested or not. Rows with this middle can share samples
     /// (RenderSettings::target_error), all others take their own.
     std::optional<Time> common_mid{};

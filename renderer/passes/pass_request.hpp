@@ -27,7 +27,14 @@ struct PassRequest : RenderRequest {
                 KeptLight* taken_from)
         : RenderRequest(request), of(rows_of), keep_light(keep_in), from_light(taken_from) {}
 
+    /// Part of a row of a sensor that scans: the row of the row block that it belongs to, its first column
+    /// there, and the width of that row.
+    struct Part {
+        std::int32_t row = 0, column = 0, width = 0; ///< width 0: whole rows
+    };
+
     RowsOf of;
+    Part part{};
     KeptLight* keep_light; ///< of RenderRequest::keep
     KeptLight* from_light; ///< of RenderRequest::from
 

@@ -39,6 +39,7 @@ struct RowBlock {
     bool kept = false;                     ///< the samples belong to a frame that has begun
     std::optional<WingMaps> wings;         ///< empty: the PSF has none
     std::vector<RowTime> middles;          ///< scratch space of fill_wings()
+    std::vector<RowTime> spans;            ///< of rows whose pixels have times of their own
     /// Ends rows early: of requests none of whose rows is used if it becomes true.
     const std::atomic<bool>* cancel = nullptr;
 };

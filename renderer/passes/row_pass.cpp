@@ -195,11 +195,20 @@ void add_points(const BuiltScene& built, const PassRequest& request, const RowBl
                                      when.time_s(i), *s.lens, s.light,       s.starlight, s.candidates};
             splat_bodies(built, request, rows, target, i, tracer, s);
             built.splatter.splat_stars(target, rows.stars.stars,
-                                       rows.stars.in_row(static_cast<std::size_t>(s.row)), tracer);
+                                       rows.stars.in_row(static_cast<std::size_t>(request.part.row + s.row)),
+                                       tracer);
             built.splatter.splat_sky(target, tracer);
             s.work.lap(RenderPart::points);
         });
     }
+}
+
+/// Adds the wings that Scratch::wing_light has of the whole row.
+void add_wings_of_part(const PassRequest::Part& part, std::size_t width, Scratch& s) {
+    const auto whole = static_cast<std::size_t>(part.width), at = static_cast<std::size_t>(part.column);
+    for (std::size_t c = 0; c < s.light.size() / width; ++c)
+        for (std::size_t x = 0; x < width; ++x)
+            s.light[c * width + x] += s.wing_light[c * whole + at + x];
 }
 
 /// Writes a row of the image from Scratch::light and Scratch::starlight.
@@ -262,7 +271,10 @@ RenderedRow render_row(const BuiltScene& built, const PassRequest& request, cons
     s.work.lap(RenderPart::sampling);
     add_points(built, request, rows, y, when, s);
     if (rows.wings) {
-        rows.wings->add(static_cast<std::size_t>(r), s.light, s.wing_row);
+        if (request.part.width == 0)
+            rows.wings->add(static_cast<std::size_t>(r), s.light, s.wing_row);
+        else
+            add_wings_of_part(request.part, width, s);
         s.work.lap(RenderPart::wings);
     }
     s.per_pixel.assign(width, 1);

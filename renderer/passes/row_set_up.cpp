@@ -93,6 +93,7 @@ void reserve(const BuiltScene& built, Scratch& s, std::int32_t width) {
     s.motion_of_row.resize(pixels);
     s.light.reserve(pixels * built.scene.bands.size());
     s.starlight.reserve(pixels * built.scene.bands.size());
+    s.scanned.reserve(pixels * built.scene.bands.size());
     s.per_pixel.reserve(pixels);
     s.variance.reserve(pixels);
     s.candidates.reserve(built.bodies.size());

@@ -46,6 +46,8 @@ struct Scratch {
     std::vector<double> variance;                   ///< per pixel; 0: no samples, and between rows
     std::size_t first_sampled = 0, end_sampled = 0; ///< pixels that may have some
     std::vector<float> wing_row;
+    std::vector<double> wing_light;   ///< of a row of a sensor that scans, as `light`
+    std::vector<float> scanned;       ///< bands x pixels of a part of such a row
     std::vector<PointJob> point_jobs; ///< of a row that shares its points with no other
     BodyPoints points;
     std::vector<std::int32_t> candidates;

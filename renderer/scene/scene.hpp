@@ -24,6 +24,10 @@ namespace obscura::ephemeris {
 class StarFile;
 }
 
+namespace obscura::models {
+class TimingProgram;
+}
+
 namespace obscura::scene {
 
 /// Pose at an instant of scene time: seconds from the start of the scene, onto which the emulator maps the
@@ -383,6 +387,8 @@ struct Camera {
     Joint joint{};
     /// Small motion on top of the pose; null: none.
     std::shared_ptr<const models::MotionProgram> vibration{};
+    /// Times of rows or pixels where no sensor has them; null: all pixels are exposed together.
+    std::shared_ptr<const models::TimingProgram> timing{};
     /// Inertial velocity for Scene::aberration; zero: that of `motion`.
     Vec3 velocity_m_s{};
     Projection projection = Projection::pinhole;

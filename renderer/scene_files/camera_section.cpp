@@ -2,6 +2,7 @@
 #include "renderer/scene_files/camera_section.hpp"
 
 #include "core/camera/pixel_pitch.hpp"
+#include "models/kinds/timing_program.hpp"
 #include "models/values/model_table.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene_files/kernel_keys.hpp"
@@ -20,7 +21,7 @@ struct CameraPlace {
     PlaceKeys place;
     JointKeys joint;
     KernelPlaceKeys kernel;
-    std::string vibration; ///< where a table is wanted
+    std::string vibration, shutter; ///< where tables are wanted
 };
 
 /// Reads `vibration = { model = "FILE.mot", PARAMETER = VALUE }`; `word`: what stands in place of the table.
@@ -31,6 +32,17 @@ void read_vibration(Camera& camera, const std::string& word, const config::ReadT
         table.refuse_if_thrown("vibration", [&] {
             camera.vibration = std::make_shared<const models::MotionProgram>(
                 own->loaded->model, models::program_parameters(*own));
+        });
+}
+
+/// Reads `shutter = { model = "FILE.tim", PARAMETER = VALUE }`; `word` as in read_vibration().
+void read_shutter(Camera& camera, const std::string& word, const config::ReadTable& table) {
+    if (!word.empty())
+        table.refuse("shutter", "allowed is a table: write shutter = { model = \"FILE.tim\" }");
+    if (const auto own = models::read_model(table, "shutter", "timing"))
+        table.refuse_if_thrown("shutter", [&] {
+            camera.timing = std::make_shared<const models::TimingProgram>(own->loaded->model,
+                                                                          models::program_parameters(*own));
         });
 }
 
@@ -75,12 +87,18 @@ config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>
             .or_table()
             .help(
                 "Small motion on top of the pose: vibration = { model = \"FILE.mot\", PARAMETER = VALUE }, see models.md"));
+    section.keys.push_back(
+        config::key("shutter", &read->shutter)
+            .or_table()
+            .help(
+                "When rows or pixels are exposed, in pictures without a sensor: shutter = { model = \"FILE.tim\", PARAMETER = VALUE }, see models.md"));
     section.keys.insert(section.keys.end(), place_keys.begin(), place_keys.end());
     section.check = [&camera, read, place_keys, kernels](const config::ReadTable& table) {
         if (camera.psf.model == PointSpread::Model::table && camera.psf.file.empty())
             table.refuse_table("the key \"psf_file\" is missing");
         read_psf(camera.psf, table);
         read_vibration(camera, read->vibration, table);
+        read_shutter(camera, read->shutter, table);
         read_projection(camera, table);
         if (const std::string why = explain_invalid_row_pitch(camera.pixel_pitch_m, camera.pixel_pitch_y_m);
             !why.empty())

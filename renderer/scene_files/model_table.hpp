@@ -12,8 +12,8 @@
 namespace obscura::scene {
 
 /// The tables, by dotted path. All their strings name files.
-inline constexpr std::array<std::string_view, 4> model_table_paths{"body.material", "camera.psf",
-                                                                   "camera.vibration", "camera.projection"};
+inline constexpr std::array<std::string_view, 5> model_table_paths{
+    "body.material", "camera.psf", "camera.vibration", "camera.projection", "camera.shutter"};
 
 /// Reads `key = { model = "FILE.txr", tex = "IMAGE", PARAMETER = VALUE }` within `table`: textures are given
 /// by the names of images. Null: it is no table, or after mistakes.

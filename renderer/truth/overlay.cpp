@@ -26,7 +26,7 @@ public:
     OverlayMaker(const TruthScene& scene, const OverlayRequest& request)
         : scene_(scene),
           request_(request),
-          states_(scene, request.windows, request.rows, request.rows, request.push_broom, {}),
+          states_(scene, request.windows, request.rows, request.rows, request.push_broom, {}, {}),
           middle_(states_.state_at(to_seconds(request.mid.ns))) {}
 
     [[nodiscard]] std::vector<OverlayBody> bodies() {

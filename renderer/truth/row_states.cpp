@@ -21,13 +21,14 @@ constexpr std::uint32_t max_truth_instants = 16;
 
 RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windows,
                      std::span<const RowTime> rows, std::span<const RowTime> row_times, bool push_broom,
-                     std::span<std::byte> workspace)
+                     std::span<const PixelTimes> pixel_times, std::span<std::byte> workspace)
     : scene_(scene),
       memory_(workspace.data(), workspace.size()),
       windows_(windows),
       rows_(rows),
       row_times_(row_times),
       push_broom_(push_broom),
+      pixel_times_(pixel_times),
       body_changes_(&memory_),
       first_state_(&memory_),
       states_(&memory_) {
@@ -73,14 +74,17 @@ const TruthState& RowStates::at(std::int32_t row, std::uint32_t instant) {
     return *state;
 }
 
-const TruthState& RowStates::state_at(double time_s) {
+TruthState& RowStates::new_state() {
     // The memory is released without destructors.
     static_assert(std::is_trivially_destructible_v<TruthState> &&
                   std::is_trivially_destructible_v<ApparentBody>);
     TruthState& s = *std::pmr::polymorphic_allocator<>(&memory_).new_object<TruthState>();
     const std::size_t count = scene_.bodies.size();
-    const std::span<ApparentBody> bodies(
-        std::pmr::polymorphic_allocator<ApparentBody>(&memory_).allocate(count), count);
+    s.bodies = std::span(std::pmr::polymorphic_allocator<ApparentBody>(&memory_).allocate(count), count);
+    return s;
+}
+
+void RowStates::set_state(TruthState& s, double time_s) const {
     s.time_s = time_s;
     const bool changed = !body_changes_.empty();
     s.camera = camera_pose(scene_.scene, scene_.bodies, s.time_s);
@@ -88,15 +92,19 @@ const TruthState& RowStates::state_at(double time_s) {
     s.camera_from_inertial = transposed(to_matrix(s.camera.orientation));
     s.beta = camera_beta(scene_.scene, scene_.bodies, s.time_s);
     s.sun_m = scene_.scene.sun.position_at(time_s);
-    for (std::size_t b = 0; b < count; ++b) {
+    for (std::size_t b = 0; b < s.bodies.size(); ++b) {
         ApparentBody body = apparent_body(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s);
         if (changed) {
             body.pose = body_changes_[b].of(body.pose);
             body.range_m = length(body.pose.position_m - s.camera.position_m);
         }
-        std::construct_at(&bodies[b], body);
+        std::construct_at(&s.bodies[b], body);
     }
-    s.bodies = bodies;
+}
+
+const TruthState& RowStates::state_at(double time_s) {
+    TruthState& s = new_state();
+    set_state(s, time_s);
     return s;
 }
 
@@ -179,10 +187,85 @@ std::optional<RowStates::Crossing> RowStates::cross(std::size_t window, std::uin
     const double x = here->at.x + (moves ? part * (next->at.x - here->at.x) : 0);
     out.at = {x - w.sensor.x, row + part};
     out.shift = here->shift;
+    out.state = &this->at(row, instant);
     const RowTime& time = row_times_[static_cast<std::size_t>(row)];
     out.seconds = to_seconds(time.exposure_ns()) / std::abs(slope);
     out.inside = out.at.y >= first - 0.5 && out.at.y < last + 0.5 && out.at.x >= -0.5 &&
                  out.at.x < w.sensor.width - 0.5;
+    return out;
+}
+
+RowTime RowStates::pixel_time(std::size_t window, ImagePoint at) const {
+    const Region& r = windows_[window].sensor;
+    // The four pixels around it, or the nearest ones of the window: beyond that the time goes on as within.
+    const auto first = [](double v, std::int32_t from, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::floor(v), static_cast<double>(from),
+                                                    static_cast<double>(from + std::max(count - 2, 0))));
+    };
+    const std::int32_t x = first(at.x, r.x, r.width), y = first(at.y, r.y, r.height);
+    const double right = std::clamp(at.x - x, -1.0, 2.0), down = std::clamp(at.y - y, -1.0, 2.0);
+    std::array<std::array<RowTime, 2>, 2> pixels{};
+    for (std::int32_t k = 0; k < 2; ++k)
+        pixel_times_[window].fill(y + k, x, pixels[static_cast<std::size_t>(k)]);
+    const auto between = [&](Time RowTime::*edge) {
+        const Time origin = pixels[0][0].*edge;
+        const auto later = [&](std::size_t k, std::size_t i) {
+            return static_cast<double>(pixels[k][i].*edge - origin);
+        };
+        const double upper = right * later(0, 1);
+        const double lower = later(1, 0) + right * (later(1, 1) - later(1, 0));
+        return origin + std::llround(upper + down * (lower - upper));
+    };
+    return {between(&RowTime::reset), between(&RowTime::read)};
+}
+
+std::optional<RowStates::Crossing> RowStates::cross_pixels(std::size_t window, std::uint32_t instant,
+                                                           Direction direction) {
+    const FrameWindow& w = windows_[window];
+    if (w.sensor.height < 1) return std::nullopt;
+    if (tried_ == nullptr) tried_ = &new_state();
+    struct Step {
+        double time_s, late_s; ///< an instant, and the instant of the pixel there, after it
+        ImagePoint at, shift;
+        RowTime exposure;
+    };
+    const auto look = [&](double time_s) -> std::optional<Step> {
+        set_state(*tried_, time_s);
+        Step step{time_s, 0, {}, {}, {}};
+        const auto at = project(*tried_, direction(*tried_), step.shift);
+        if (!at) return std::nullopt;
+        step.at = *at;
+        step.exposure = pixel_time(window, *at);
+        step.late_s = Exposure{step.exposure, instants_}.time_s(instant) - time_s;
+        return step;
+    };
+    // Secant from the middle row.
+    const auto middle = static_cast<std::size_t>(w.image_y + w.sensor.height / 2);
+    std::optional<Step> before = look(Exposure{rows_[middle], instants_}.time_s(instant));
+    if (!before) return std::nullopt;
+    std::optional<Step> here = look(before->time_s + before->late_s);
+    double slope = -1;
+    constexpr int max_steps = 24;
+    constexpr double close_s = 2e-9;
+    for (int step = 0; here && step < max_steps && std::abs(here->late_s) > close_s; ++step) {
+        if (here->time_s != before->time_s)
+            slope = (here->late_s - before->late_s) / (here->time_s - before->time_s);
+        if (slope == 0) return std::nullopt;
+        before = here;
+        here = look(here->time_s - here->late_s / slope);
+    }
+    if (!here) return std::nullopt;
+    if (here->time_s != before->time_s)
+        slope = (here->late_s - before->late_s) / (here->time_s - before->time_s);
+    Crossing out;
+    out.at = {here->at.x - w.sensor.x, here->at.y - w.sensor.y + w.image_y};
+    out.shift = here->shift;
+    const double last = w.image_y + w.sensor.height - 1;
+    out.row = static_cast<std::int32_t>(std::clamp(std::floor(out.at.y), 0.0 + w.image_y, last));
+    out.between = out.at.y - out.row;
+    out.seconds = to_seconds(here->exposure.exposure_ns()) / std::max(std::abs(slope), 1e-12);
+    out.inside = on_window(window, here->at) && std::abs(here->late_s) <= 1e-6;
+    out.state = &state_at(here->time_s);
     return out;
 }
 
@@ -220,12 +303,13 @@ std::optional<Landing> RowStates::land_together(std::size_t window, Direction di
     std::array<bool, max_truth_instants> answers{};
     std::size_t count = 0;
     for (std::uint32_t i = 0; i < instants_; ++i) {
-        const std::optional<Crossing> c = cross(window, i, direction);
+        const std::optional<Crossing> c =
+            pixel_times_.empty() ? cross(window, i, direction) : cross_pixels(window, i, direction);
         if (!c) continue;
         if (!begin) begin = c;
         end = c;
         any.add(weighted(*c));
-        const TruthState& state = this->at(c->row, i);
+        const TruthState& state = *c->state;
         if (out.state == nullptr || i == instants_ / 2) out.state = &state;
         if (!c->inside) continue;
         inside.add(weighted(*c));
@@ -252,8 +336,15 @@ std::optional<Landing> RowStates::land_together(std::size_t window, Direction di
         const double whole = instants_ / (instants_ - 1.0);
         out.streak = {(end->at.x - begin->at.x) * whole, (end->at.y - begin->at.y) * whole};
     }
-    // The time of the row, linear between rows.
     const FrameWindow& w = windows_[window];
+    if (!pixel_times_.empty()) {
+        const RowTime time = pixel_time(window, {out.at.x + w.sensor.x, out.at.y - w.image_y + w.sensor.y});
+        const auto row = static_cast<std::size_t>(w.image_y);
+        const std::int64_t to_clock_ns = row_times_[row].reset - rows_[row].reset;
+        out.row = {time.reset + to_clock_ns, time.read + to_clock_ns};
+        return out;
+    }
+    // The time of the row, linear between rows.
     const double last = w.image_y + w.sensor.height - 1;
     const double position = std::clamp(out.row_position, static_cast<double>(w.image_y), last);
     const auto row =

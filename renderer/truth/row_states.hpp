@@ -9,6 +9,7 @@
 #include "renderer/camera/psf.hpp"
 #include "renderer/lights/star_field.hpp"
 #include "renderer/lights/star_spectra.hpp"
+#include "renderer/pixel_times.hpp"
 #include "renderer/truth/function_ref.hpp"
 #include "renderer/world/row_state.hpp"
 #include "renderer/world/sky_sources.hpp"
@@ -57,7 +58,7 @@ struct TruthState {
     Mat3 camera_from_inertial;
     Vec3 beta;  ///< camera velocity over the speed of light, camera axes
     Vec3 sun_m; ///< centre of the Sun, inertial
-    std::span<const ApparentBody> bodies;
+    std::span<ApparentBody> bodies;
 
     /// Origin of camera rays in the frame of a body.
     [[nodiscard]] Vec3 eye_m(std::size_t body) const { return bodies[body].eye_m(camera.position_m); }
@@ -94,9 +95,11 @@ public:
         FunctionRef<void(std::span<const TruthState* const>, std::span<const Vec3>, std::span<bool>)>;
 
     /// `rows`: of the composed image, scene time; `row_times`: the same by the clock of the landings.
-    /// Push-broom: every row is the first row of its window.
+    /// Push-broom: every row is the first row of its window. `pixel_times`: of each window; empty: pixels
+    /// have the times of their rows.
     RowStates(const TruthScene& scene, std::span<const FrameWindow> windows, std::span<const RowTime> rows,
-              std::span<const RowTime> row_times, bool push_broom, std::span<std::byte> workspace);
+              std::span<const RowTime> row_times, bool push_broom, std::span<const PixelTimes> pixel_times,
+              std::span<std::byte> workspace);
     RowStates(const RowStates&) = delete;
     RowStates& operator=(const RowStates&) = delete;
 
@@ -136,9 +139,18 @@ private:
         std::int32_t row = 0;
         double between = 0;
         bool inside = false;
+        const TruthState* state = nullptr;
     };
     [[nodiscard]] std::optional<Crossing> cross(std::size_t window, std::uint32_t instant,
                                                 Direction direction);
+    /// The same of a window whose pixels have times of their own: where the image of the object is at the
+    /// time of the pixel there. Times between pixels are linear.
+    [[nodiscard]] std::optional<Crossing> cross_pixels(std::size_t window, std::uint32_t instant,
+                                                       Direction direction);
+    /// Times at an image point of the sensor, scene time.
+    [[nodiscard]] RowTime pixel_time(std::size_t window, ImagePoint at) const;
+    [[nodiscard]] TruthState& new_state();
+    void set_state(TruthState& s, double time_s) const;
     /// From a pose that the scene has now to that of the frame.
     struct Change {
         Quat turn;
@@ -159,6 +171,8 @@ private:
     std::span<const FrameWindow> windows_;
     std::span<const RowTime> rows_, row_times_;
     bool push_broom_;
+    std::span<const PixelTimes> pixel_times_;
+    TruthState* tried_ = nullptr; ///< by cross_pixels()
     std::uint32_t instants_ = 1, rendered_instants_ = 1;
     std::span<const double> band_weights_;
     Change camera_change_;

@@ -80,7 +80,8 @@ public:
         : scene_(scene),
           request_(request),
           row_times_(request.row_times.empty() ? request.rows : request.row_times),
-          states_(scene, request.windows, request.rows, row_times_, request.push_broom, request.workspace),
+          states_(scene, request.windows, request.rows, row_times_, request.push_broom, request.pixel_times,
+                  request.workspace),
           signal_(&states_.memory()),
           truth_(truth) {}
 

@@ -30,6 +30,8 @@ struct TruthRequest {
     /// The same rows by the clock of the table, which exposures are measured by; empty: `rows`.
     std::span<const RowTime> row_times{};
     bool push_broom = false; ///< every row is the first row of its window
+    /// Times of the pixels of each window, where they have their own (scene time); else empty.
+    std::span<const PixelTimes> pixel_times{};
     std::uint64_t frame_id = 0;
     TruthDetector detector{};
     /// Points of each limb and terminator; 0: none.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/model_warnings.hpp"
 
+#include "core/time.hpp"
 #include "core/units.hpp"
+#include "models/kinds/timing_program.hpp"
 #include "renderer/camera/model_projection.hpp"
 #include "renderer/camera/model_psf.hpp"
 #include "renderer/materials/model_material.hpp"
@@ -48,6 +50,11 @@ std::vector<std::string> model_warnings(const scene::Scene& scene) {
         vibration && vibration->max_rotation_rad() > large_rad)
         lines.push_back(fmt::format("camera: vibration: it turns the camera by up to {:.3g} deg",
                                     vibration->max_rotation_rad() / degree));
+    if (const auto& timing = scene.camera.timing) {
+        const models::TimedFrame usual{scene.camera.height, scene.camera.width, ns_per_ms};
+        if (const std::string why = timing->explain(usual); !why.empty())
+            lines.push_back("camera: shutter: an exposure of 1 ms is refused: " + why);
+    }
     const std::vector<const models::ModelValues*> models = models_of(scene);
     for (const models::Global& global : scene.globals)
         if (std::none_of(models.begin(), models.end(),

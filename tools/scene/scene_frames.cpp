@@ -96,15 +96,17 @@ bool SceneFrames::render_pass(std::uint64_t frame_id,
     constexpr std::int32_t block_rows = 16;
     const std::size_t plane = pixels(region_);
     const std::size_t planes = bands_.size();
-    const std::vector<RowTime> times(static_cast<std::size_t>(block_rows), options_.exposure_of(time_s_));
+    times_ = renderer::frame_times(camera_, region_, options_.exposure_of(time_s_));
     for (std::int32_t y = 0; y < region_.height; y += block_rows) {
         if (host::interrupted()) return false;
         renderer::RenderRequest request;
         request.window = region_;
         request.first_row = y;
         request.rows = std::min(block_rows, region_.height - y);
-        request.row_times = std::span(times).first(static_cast<std::size_t>(request.rows));
-        request.common_mid = times.front().mid();
+        request.row_times = std::span(times_.rows)
+                                .subspan(static_cast<std::size_t>(y), static_cast<std::size_t>(request.rows));
+        request.common_mid = times_.common_mid;
+        request.pixel_times = times_.pixels;
         request.frame_id = frame_id;
         const std::size_t values =
             static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(region_.width);
@@ -128,13 +130,20 @@ bool SceneFrames::render_pass(std::uint64_t frame_id,
 }
 
 bool SceneFrames::trace_aovs() {
-    const Time when{std::llround(time_s_ * 1e9)};
-    const std::vector<RowTime> times(static_cast<std::size_t>(region_.height), {when, when});
+    times_ = renderer::frame_times(camera_, region_, options_.exposure_of(time_s_));
     aov_values_.resize(renderer::aov_count * pixels(region_));
     renderer::RenderRequest request;
     request.window = region_;
     request.rows = region_.height;
-    request.row_times = times;
+    request.row_times = times_.rows;
+    request.pixel_times = times_.pixels;
+    if (camera_.timing != nullptr) {
+        times_s_.resize(pixels(region_));
+        const auto width = static_cast<std::size_t>(region_.width);
+        for (std::int32_t y = 0; y < region_.height; ++y)
+            renderer::fill_middles(times_, region_, y,
+                                   std::span(times_s_).subspan(static_cast<std::size_t>(y) * width, width));
+    }
     with_aovs_ = !host::interrupted() && renderer_.render_aovs(request, aov_values_, &host::interrupt_flag());
     return with_aovs_;
 }
@@ -196,6 +205,7 @@ std::vector<images::FitsPlane> SceneFrames::layers() const {
         const char* unit = name.ends_with("_m") ? "m" : name.ends_with("_deg") ? "deg" : "";
         out.push_back({name, unit, std::span(aov_values_).subspan(k * plane, plane)});
     }
+    if (!times_s_.empty()) out.push_back({"time_s", "s", times_s_});
     out.push_back({"samples", "", samples_});
     out.push_back({"variance", radiance_ ? "W2 m-4 sr-2" : "W2 m-4", variance_});
     return out;

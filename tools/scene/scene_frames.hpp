@@ -6,6 +6,7 @@
 #include "core/text/enum_names.hpp"
 #include "images/writers/card.hpp"
 #include "images/writers/fits.hpp"
+#include "renderer/frame_times.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/world/scene_poses.hpp"
 #include "tools/scene/render_options.hpp"
@@ -88,6 +89,8 @@ private:
     bool with_aovs_ = false;
     double noise2_ = 0, lit2_ = 0; ///< see sum_squares()
     std::optional<renderer::Renderer::TerrainTiles> crowded_;
+    renderer::FrameTimes times_;
+    std::vector<float> times_s_; ///< middle of the exposure of each pixel; empty: all have the same
     std::vector<float> aov_values_, samples_, variance_, band_, band_samples_, band_variance_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/scene/truth_option.hpp"
 
+#include "renderer/frame_times.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/truth/scene_truth.hpp"
 
@@ -24,10 +25,12 @@ void TruthOption::add(const renderer::Renderer& renderer, Region window, std::ui
                       RowTime exposure) {
     FrameWindow of_frame;
     of_frame.sensor = window;
-    const std::vector<RowTime> rows(static_cast<std::size_t>(window.height), exposure);
+    const renderer::FrameTimes times = renderer::frame_times(renderer.scene().camera, window, exposure);
+    const std::vector<RowTime>& rows = times.rows;
     renderer::TruthRequest request;
     request.windows = {&of_frame, 1};
     request.rows = rows;
+    if (times.pixels) request.pixel_times = {&times.pixels, 1};
     request.frame_id = frame_id;
     SceneTruth truth;
     renderer.list_truth(request, truth);
