@@ -60,17 +60,21 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
     const sensors::WindowRequest whole{{0, 0, readout_.width, readout_.height}, 10 * ns_per_ms};
     const auto rows = static_cast<std::size_t>(std::max(settings_.max_rows, readout_.height));
     for (sensors::ReadoutPlan* plan : {&plan_, &expected_plan_}) {
-        if (const std::string refusal = plan_readout(readout_, {&whole, 1}, Time{}, *plan); !refusal.empty())
+        // A model may refuse an exposure that is never asked for.
+        if (const std::string refusal = plan_readout(readout_, {&whole, 1}, Time{}, *plan);
+            !refusal.empty() && readout_.timing == nullptr)
             throw ConfigError(fmt::format("sensor: {}", refusal));
         plan->windows.reserve(max_windows);
         plan->rows.reserve(rows);
         plan->sensor_row.reserve(rows);
         plan->release.reserve(rows);
+        plan->timed_windows.reserve(max_windows);
     }
     sequencer_.reserve(readout_);
     expected_sequencer_.reserve(readout_);
     for (FrameLight* light : {&light_, &expected_light_}) {
         light->windows.reserve(max_windows);
+        light->pixel_times.reserve(max_windows);
         light->rows.reserve(rows);
         light->blocks.reserve(rows + max_windows);
         light->due.reserve(rows + max_windows);
@@ -362,7 +366,7 @@ std::span<const float> FrameMaker::render_block(std::uint32_t number, const std:
 void FrameMaker::list_scene_truth(Frame& frame) {
     SceneTruth* const truth = frame.scene_truth();
     if (truth == nullptr) return;
-    list_truth({current(), detector_, sensor_, plan_, light_.rows}, frame, *truth,
+    list_truth({current(), detector_, sensor_, plan_, light_.rows, light_.pixel_times}, frame, *truth,
                {truth->entries.capacity(), truth_workspace_});
     frame.publish_scene_truth();
 }

@@ -202,6 +202,10 @@ public:
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
     /// Its rows in the time of the scene that is rendered.
     [[nodiscard]] std::span<const RowTime> shown_rows() const noexcept { return light_.rows; }
+    /// Times of the pixels of each of its windows, where they have their own; else empty.
+    [[nodiscard]] std::span<const renderer::PixelTimes> pixel_times() const noexcept {
+        return light_.pixel_times;
+    }
     /// Histogram of the first window of the frame filled last, before any test pattern; for frames with
     /// ExposureAuto only.
     [[nodiscard]] const DnHistogram& histogram() const noexcept { return histogram_; }

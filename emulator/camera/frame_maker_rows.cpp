@@ -32,8 +32,13 @@ void FrameMaker::describe_light(const FrameOrder& order, const sensors::ReadoutP
     for (const RowTime& row : plan.rows)
         light.rows.push_back({order.shown.at(row.reset), order.shown.at(row.read)});
     light.common_mid = renderer::common_mid(light.rows);
-    light.adapts =
-        settings_.adapts && fixed_levels_.empty() && light.windows.size() == 1 && !light.push_broom;
+    light.pixel_times.clear();
+    if (plan.pixel_timing != nullptr)
+        for (std::size_t w = 0; w < plan.windows.size(); ++w)
+            light.pixel_times.push_back(
+                pixel_times_of(plan, w, order.shown.at(plan.timed_windows[w].trigger), order.shown.rate));
+    light.adapts = settings_.adapts && fixed_levels_.empty() && light.windows.size() == 1 &&
+                   !light.push_broom && light.pixel_times.empty();
     const auto height = static_cast<std::int32_t>(light.rows.size());
     const std::int32_t group_rows = FrameQuality::group_rows_for(height);
     light.levels.clear();

@@ -30,6 +30,7 @@ void list_truth(const FrameSource& source, const Frame& frame, SceneTruth& truth
     request.rows = source.shown_rows;
     request.row_times = frame.row_times();
     request.push_broom = source.sensor.readout.shutter == Shutter::push_broom;
+    request.pixel_times = source.pixel_times;
     request.frame_id = frame.info.frame_id;
     request.detector = detector_of(source, frame.info);
     request.max_entries = memory.max_entries;

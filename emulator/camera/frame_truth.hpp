@@ -19,6 +19,8 @@ struct FrameSource {
     const SensorDescription& sensor;
     const sensors::ReadoutPlan& plan;    ///< of the frame
     std::span<const RowTime> shown_rows; ///< its rows in the time of the scene that is rendered
+    /// Times of the pixels of each window, where they have their own (the same time); else empty.
+    std::span<const renderer::PixelTimes> pixel_times{};
 };
 
 /// Bounds of the memory that a truth table takes; without any, it allocates.

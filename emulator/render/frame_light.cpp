@@ -14,6 +14,21 @@ constexpr std::int32_t largest_group_rows = FrameQuality::group_rows_for(65536);
 
 } // namespace
 
+renderer::PixelTimes pixel_times_of(const sensors::ReadoutPlan& plan, std::size_t window, Time trigger,
+                                    double rate) noexcept {
+    if (plan.pixel_timing == nullptr) return {};
+    const sensors::TimedWindow& timed = plan.timed_windows[window];
+    renderer::PixelTimes times = renderer::pixel_times_of(plan.pixel_timing);
+    times.trigger = trigger;
+    times.rate = rate;
+    times.rows = timed.region.height;
+    times.columns = timed.region.width;
+    times.exposure_ns = timed.exposure_ns;
+    times.x = timed.region.x;
+    times.y = timed.region.y;
+    return times;
+}
+
 std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) const noexcept {
     if (renderer != other.renderer || frame_id != other.frame_id || live != other.live ||
         push_broom != other.push_broom || windows != other.windows || blocks != other.blocks ||
@@ -25,6 +40,13 @@ std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) cons
         return a.reset - b.reset == later_ns && a.read - b.read == later_ns;
     };
     if (!std::equal(rows.begin(), rows.end(), other.rows.begin(), shifted)) return std::nullopt;
+    const auto same_pixels = [later_ns](renderer::PixelTimes a, const renderer::PixelTimes& b) {
+        a.trigger += -later_ns;
+        return a == b;
+    };
+    if (!std::equal(pixel_times.begin(), pixel_times.end(), other.pixel_times.begin(),
+                    other.pixel_times.end(), same_pixels))
+        return std::nullopt;
     return later_ns;
 }
 
@@ -66,6 +88,7 @@ renderer::RenderRequest BlockRenderer::request_for(const FrameLight& light, std:
     request.keep = light.keep;
     request.from = light.from;
     request.kept_window = window;
+    if (!light.pixel_times.empty()) request.pixel_times = light.pixel_times[window];
     if (light.push_broom) {
         request.window.y = of.sensor.y;
         request.window.height = 1;

@@ -7,6 +7,7 @@
 #include "core/camera/region.hpp"
 #include "core/time.hpp"
 #include "renderer/renderer.hpp"
+#include "sensors/sensor.hpp"
 
 #include <atomic>
 #include <cstddef>
@@ -49,6 +50,8 @@ struct FrameLight {
     std::vector<RowTime> rows; ///< of the composed image, in the time of the scene that is rendered
     std::vector<RowBlock> blocks;
     std::optional<Time> common_mid; ///< of `rows`
+    /// Times of the pixels of each window, where they have their own; else empty.
+    std::vector<renderer::PixelTimes> pixel_times;
     /// Levels of the groups of quality_group_rows rows (FrameQuality::group_rows_for()); empty: full.
     std::vector<QualityLevel> levels;
     renderer::ReprojectionSource* keep = nullptr; ///< keeps the light of the frame: see kept_window()
@@ -81,6 +84,11 @@ struct FrameLight {
                static_cast<std::size_t>(width(block));
     }
 };
+
+/// Times of the pixels of a plan's window, whose trigger is at the scene time `trigger`, by a clock that runs
+/// at `rate`; none where rows have times.
+[[nodiscard]] renderer::PixelTimes pixel_times_of(const sensors::ReadoutPlan& plan, std::size_t window,
+                                                  Time trigger, double rate = 1) noexcept;
 
 /// Renders blocks of a FrameLight. Thread-bound; real-time safe after construction.
 class BlockRenderer {

@@ -46,6 +46,7 @@ RenderThread::RenderThread(const FrameLight& blank, std::size_t floats, BlockRen
     if (levels.make_workspace) alone_ = levels.make_workspace();
     for (Store& s : stores_) {
         s.light.windows.reserve(blank.windows.capacity());
+        s.light.pixel_times.reserve(blank.pixel_times.capacity());
         s.light.rows.reserve(blank.rows.capacity());
         s.light.blocks.reserve(blank.blocks.capacity());
         s.offsets.reserve(blank.blocks.capacity());

@@ -149,6 +149,11 @@ FrameLight PixelProbe::light_of(const ProbedFrame& frame) const {
         light.rows.push_back({frame.origin.shown.at(frame.origin.planned(row.reset)),
                               frame.origin.shown.at(frame.origin.planned(row.read))});
     light.common_mid = renderer::common_mid(light.rows);
+    if (const std::optional<sensors::ReadoutPlan> plan = plan_of(frame);
+        plan && plan->pixel_timing != nullptr)
+        for (std::size_t w = 0; w < light.windows.size(); ++w)
+            light.pixel_times.push_back(pixel_times_of(
+                *plan, w, frame.origin.shown.at(plan->timed_windows[w].trigger), frame.origin.shown.rate));
     return light;
 }
 
@@ -178,10 +183,7 @@ PixelProbe::Place PixelProbe::place_of(const ProbedFrame& frame, std::int32_t x,
     return place;
 }
 
-std::optional<double> PixelProbe::mean_electrons(const ProbedFrame& frame, const Place& place,
-                                                 const Light& light) const {
-    // Charge spreads between the lines of a row block, whichever those were.
-    if (place.light.push_broom && detector_->halo_rows() > 0) return std::nullopt;
+std::optional<sensors::ReadoutPlan> PixelProbe::plan_of(const ProbedFrame& frame) const {
     sensors::ReadoutPlan plan;
     const Time begin = frame.origin.planned(frame.row_times.front().reset);
     if (!plan_readout(readout_, requests_of(frame.info), begin, plan).empty() ||
@@ -190,10 +192,22 @@ std::optional<double> PixelProbe::mean_electrons(const ProbedFrame& frame, const
     const std::int64_t later_ns = frame.origin.planned(frame.row_times.front().read) - plan.rows.front().read;
     for (Time& release : plan.release)
         release += later_ns;
+    for (sensors::TimedWindow& window : plan.timed_windows)
+        window.trigger += later_ns;
     std::transform(frame.row_times.begin(), frame.row_times.end(), plan.rows.begin(),
                    [&](const RowTime& row) {
                        return RowTime{frame.origin.planned(row.reset), frame.origin.planned(row.read)};
                    });
+    return plan;
+}
+
+std::optional<double> PixelProbe::mean_electrons(const ProbedFrame& frame, const Place& place,
+                                                 const Light& light) const {
+    // Charge spreads between the lines of a row block, whichever those were.
+    if (place.light.push_broom && detector_->halo_rows() > 0) return std::nullopt;
+    std::optional<sensors::ReadoutPlan> planned = plan_of(frame);
+    if (!planned) return std::nullopt;
+    sensors::ReadoutPlan& plan = *planned;
     plan.windows.assign(frame.info.windows.begin(), frame.info.windows.begin() + frame.info.window_count);
     plan.windows[place.block.window].sensor = place.light.windows[place.block.window].sensor;
     plan.width = 1;
@@ -217,6 +231,7 @@ bool PixelProbe::tell_surface(const Place& place, const std::atomic<bool>& cance
     request.window = {window.sensor.x, window.sensor.y + (light.push_broom ? 0 : row - window.image_y), 1, 1};
     request.rows = 1;
     request.row_times = std::span(light.rows).subspan(static_cast<std::size_t>(row), 1);
+    if (!light.pixel_times.empty()) request.pixel_times = light.pixel_times[place.block.window];
     request.frame_id = light.frame_id;
     request.alone = workspace_.get();
     std::array<float, renderer::aov_count> aovs{};

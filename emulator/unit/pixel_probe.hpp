@@ -82,6 +82,8 @@ private:
     void take_poses_of(const ProbedFrame& frame);
     [[nodiscard]] FrameLight light_of(const ProbedFrame& frame) const;
     [[nodiscard]] Place place_of(const ProbedFrame& frame, std::int32_t x, std::int32_t y) const;
+    /// The plan of the frame, with the times that it has; nothing: it cannot be planned now.
+    [[nodiscard]] std::optional<sensors::ReadoutPlan> plan_of(const ProbedFrame& frame) const;
     [[nodiscard]] std::optional<double> mean_electrons(const ProbedFrame& frame, const Place& place,
                                                        const Light& light) const;
     /// Returns as Renderer::render().

@@ -85,7 +85,8 @@ std::string truth_file_name(std::uint64_t number) {
     return fmt::format("truth_{:06}.fits", number);
 }
 
-void write_truth(const std::filesystem::path& file, const Frame& frame, const Cards& more) {
+void write_truth(const std::filesystem::path& file, const Frame& frame, const Cards& more,
+                 std::span<const std::int64_t> pixel_middles_ns) {
     assert(frame.pixel_truth() != nullptr);
     const PixelTruth& truth = *frame.pixel_truth();
     const FrameInfo& info = frame.info;
@@ -104,6 +105,12 @@ void write_truth(const std::filesystem::path& file, const Frame& frame, const Ca
     writer.create_image(BYTE_IMG, info.width, info.height, 1);
     writer.write({"EXTNAME", std::string("SATURATED"), "1: the charge reached full well"});
     writer.write_pixels(TBYTE, pixels, truth.saturated.data());
+    if (!pixel_middles_ns.empty()) {
+        writer.create_image(LONGLONG_IMG, info.width, info.height, 1);
+        writer.write({"EXTNAME", std::string("TIME"), "middle of the exposure of each pixel"});
+        writer.write({"BUNIT", std::string("ns"), "clock of the table ROWS"});
+        writer.write_pixels(TLONGLONG, pixels, pixel_middles_ns.data());
+    }
     write_windows(writer, frame);
     write_rows(writer, frame);
     write_hits(writer, truth);

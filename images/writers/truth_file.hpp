@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 
 namespace obscura::images {
@@ -18,6 +19,9 @@ namespace obscura::images {
 /// with frame_cards() and `more`; the image SATURATED, 1 where the charge reached full well; and the tables
 /// WINDOWS, ROWS (reset and read time of each row of the composed image) and HITS (particles; array pixels).
 /// Times are ns of the scheduling clock, as in the cards. Throws OutputError.
-void write_truth(const std::filesystem::path& file, const Frame& frame, const Cards& more = {});
+/// `pixel_middles_ns`: where pixels have times of their own, the middle of the exposure of each, for an image
+/// TIME; else empty.
+void write_truth(const std::filesystem::path& file, const Frame& frame, const Cards& more = {},
+                 std::span<const std::int64_t> pixel_middles_ns = {});
 
 } // namespace obscura::images

@@ -2,6 +2,7 @@
 // Verb `obscura capture`: offline rendering and detection of the frames that the daemon would send.
 #include "emulator/camera/frame_truth.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/render/frame_light.hpp"
 #include "emulator/unit/assemble.hpp"
 #include "host/interrupt.hpp"
 #include "host/irradiance_image.hpp"
@@ -124,12 +125,10 @@ public:
                         {files_.name(id), id, middle_s, to_seconds(info.exposure_ns), info.truth});
                 if (truth_table_.given()) {
                     SceneTruth truth;
-                    emulator::list_truth({*imaging.renderer, *imaging.detector, config.sensor,
-                                          imaging.maker->plan(), imaging.maker->shown_rows()},
-                                         *frame, truth);
+                    emulator::list_truth(source_of(imaging, config), *frame, truth);
                     truth_table_.add(std::move(truth), frame->row_times());
                 }
-                if (truth_) images::write_truth(folder / images::truth_file_name(id), *frame, lens);
+                if (truth_) save_truth(imaging, *frame, folder / images::truth_file_name(id), lens);
                 if (exr_)
                     save_ideal(imaging, *frame, folder / fmt::format("ideal_{:06}.exr", id),
                                config.scene.bands, lens);
@@ -183,6 +182,41 @@ private:
         return cards;
     }
 
+    static emulator::FrameSource source_of(const emulator::Imaging& imaging,
+                                           const emulator::DaemonConfig& config) {
+        const emulator::FrameMaker& maker = *imaging.maker;
+        return {*imaging.renderer, *imaging.detector,  config.sensor,
+                maker.plan(),      maker.shown_rows(), maker.pixel_times()};
+    }
+
+    /// Middle of the exposure of each pixel by the clock of the row times, ns, where pixels have times of
+    /// their own; right of narrow windows 0.
+    static std::vector<std::int64_t> pixel_middles(const sensors::ReadoutPlan& plan, const Frame& frame) {
+        if (plan.pixel_timing == nullptr) return {};
+        const std::int64_t later_ns = frame.row_times().front().reset - plan.rows.front().reset;
+        const auto width = static_cast<std::size_t>(plan.width);
+        std::vector<std::int64_t> middles(width * plan.rows.size());
+        for (std::size_t w = 0; w < plan.windows.size(); ++w) {
+            const FrameWindow& window = plan.windows[w];
+            const renderer::PixelTimes times =
+                emulator::pixel_times_of(plan, w, plan.timed_windows[w].trigger + later_ns);
+            std::vector<RowTime> row(static_cast<std::size_t>(window.sensor.width));
+            for (std::int32_t r = 0; r < window.sensor.height; ++r) {
+                times.fill(window.sensor.y + r, window.sensor.x, row);
+                std::transform(row.begin(), row.end(),
+                               middles.begin() + static_cast<std::ptrdiff_t>(
+                                                     static_cast<std::size_t>(window.image_y + r) * width),
+                               [](const RowTime& t) { return t.mid().ns; });
+            }
+        }
+        return middles;
+    }
+
+    static void save_truth(const emulator::Imaging& imaging, const Frame& frame,
+                           const std::filesystem::path& file, const images::Cards& lens) {
+        images::write_truth(file, frame, lens, pixel_middles(imaging.maker->plan(), frame));
+    }
+
     static void save_ideal(const emulator::Imaging& imaging, const Frame& frame,
                            const std::filesystem::path& file, const std::vector<SpectralBand>& bands,
                            const images::Cards& lens) {
@@ -199,6 +233,10 @@ private:
                                                              static_cast<std::size_t>(request.rows));
             request.common_mid = renderer::common_mid(plan.rows);
             request.frame_id = frame.info.frame_id;
+            const auto number = static_cast<std::size_t>(&window - plan.windows.data());
+            if (plan.pixel_timing != nullptr)
+                request.pixel_times =
+                    emulator::pixel_times_of(plan, number, plan.timed_windows[number].trigger);
             const auto columns = static_cast<std::size_t>(window.sensor.width);
             part.resize(bands.size() * columns * static_cast<std::size_t>(request.rows));
             imaging.renderer->render(request, part);
