@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "core/io/memory_budget.hpp"
 #include "core/text/printable.hpp"
+#include "renderer/frame_times.hpp"
 #include "renderer/lights/detector_response.hpp"
 #include "renderer/world/scene_poses.hpp"
 #include "sensors/sensor.hpp"
@@ -288,7 +289,9 @@ struct RenderCall::Rows {
     Region window;
     std::vector<RowTime> times;
     std::optional<Time> common_mid;
+    renderer::PixelTimes pixel_times;
     std::uint64_t frame = 1;
+    bool lines = false;                ///< all are the first row of the camera
     std::uint64_t done = 0, total = 0; ///< rows of all that the call makes, those before these
 
     [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(window.area()); }
@@ -312,6 +315,12 @@ struct RenderCall::Rows {
             request.row_times =
                 std::span(times).subspan(static_cast<std::size_t>(y), static_cast<std::size_t>(request.rows));
             request.common_mid = common_mid;
+            request.pixel_times = pixel_times;
+            if (lines) {
+                request.window.height = 1;
+                request.first_row = 0;
+                request.line = y;
+            }
             request.frame_id = frame;
             if (work.cancelled() || !render(request)) throw service::cancelled();
             y += request.rows;
@@ -329,8 +338,9 @@ service::Array RenderCall::light(const renderer::Renderer& renderer, const Rows&
         std::vector<float>(bands * rows.pixels())};
     rows.each_block(work, [&](renderer::RenderRequest& request) {
         request.plane_rows = rows.window.height;
-        return renderer.render(request, std::span(array.floats()).subspan(rows.at(request.first_row)),
-                               &work.cancelled());
+        return renderer.render(
+            request, std::span(array.floats()).subspan(rows.at(request.line.value_or(request.first_row))),
+            &work.cancelled());
     });
     return array;
 }
@@ -380,7 +390,8 @@ service::Answer RenderCall::run(const Arguments& arguments, service::Work& work)
     const std::optional<Region> window = window_of(arguments.window, camera);
     const Time when{std::llround(arguments.time_s * 1e9)};
     const std::int64_t exposure_ns = std::llround(arguments.exposure_s * 1e9);
-    Rows rows{window.value_or(Region{0, 0, camera.width, camera.height}), {}, {}, arguments.frame};
+    Rows rows{window.value_or(Region{0, 0, camera.width, camera.height}), {}, {}, {}, arguments.frame};
+    if (!lines_.empty()) rows.window = {0, 0, camera.width, static_cast<std::int32_t>(lines_.size())};
     const auto height = static_cast<std::uint64_t>(rows.window.height);
     rows.total = aovs.empty() ? height : 2 * height;
     const renderer::Renderer& renderer = this->renderer(arguments, camera);
@@ -404,6 +415,20 @@ service::Answer RenderCall::run(const Arguments& arguments, service::Work& work)
             rows.times[i] = {rows.times[i].reset + late_ns, rows.times[i].read + late_ns};
         }
         if (line_ns_ == 0) rows.common_mid = when;
+        if (!lines_.empty()) {
+            rows.times.assign(lines_.begin(), lines_.end());
+            rows.common_mid.reset();
+            rows.lines = true;
+        }
+        if (scene.camera.timing != nullptr) {
+            renderer::FrameTimes times;
+            scene_.check_scene([&] {
+                times = renderer::frame_times(scene.camera, rows.window, {when - half_ns, when + half_ns});
+            });
+            rows.times = std::move(times.rows);
+            rows.common_mid = times.common_mid;
+            rows.pixel_times = times.pixels;
+        }
         answer.arrays.push_back(light(renderer, rows, work));
         head["unit"] = scene.quantity == scene::Quantity::radiance ? "W m-2 sr-1" : "W m-2";
     } else {

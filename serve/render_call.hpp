@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace obscura::serve {
@@ -35,6 +36,9 @@ public:
     /// Rolling shutter of pictures without a sensor: time from the beginning of the exposure of a row of the
     /// picture to that of the next; the time that a call gives is that of the first one. 0: all at once.
     void set_line_time(std::int64_t ns) noexcept { line_ns_ = ns; }
+    /// Pictures without a sensor are so many lines of the one row of the scene's camera, each at its time;
+    /// empty: pictures of its pixels. Must outlive the calls.
+    void set_lines(std::span<const RowTime> times) noexcept { lines_ = times; }
     /// The renderer of the scene as it is now, made with the settings of the picture before. Throws Failure.
     [[nodiscard]] const renderer::Renderer& current();
 
@@ -59,6 +63,7 @@ private:
     const std::shared_ptr<renderer::ShapeCache> shapes_ = renderer::make_shape_cache();
     std::unique_ptr<Made> made_;
     std::int64_t line_ns_ = 0;
+    std::span<const RowTime> lines_;
 };
 
 } // namespace obscura::serve

@@ -97,6 +97,24 @@ std::vector<std::filesystem::path> folders_of(const CompatibleSettings& settings
 
 } // namespace
 
+models::TimedFrame CameraSettings::timed_frame() const {
+    return {height, width, std::max<std::int64_t>(std::llround(integration_s * 1e9), 1)};
+}
+
+double CameraSettings::exposure_s() const {
+    if (timing == nullptr) return integration_s + line_s * (height - 1);
+    const models::TimedFrame frame = timed_frame();
+    if (latest_.timing != timing || latest_.frame != frame) {
+        latest_ = {timing, frame, 0};
+        models::TimedRow row;
+        for (std::int32_t y = 0; y < height; ++y) {
+            timing->sum_up(frame, y, row);
+            latest_.read_s = std::max(latest_.read_s, to_seconds(row.last_read.ns));
+        }
+    }
+    return latest_.read_s;
+}
+
 service::compatible::List quaternion_of(const Object& object, const Conventions& conventions) {
     Quat q = object.placement.attitude;
     if (looks_somewhere(object.kind) && conventions.camera == 0) q = q * conjugate(half_turn);
@@ -206,13 +224,20 @@ void ClientState::render(const std::vector<Region>& windows, service::Work& work
                                                           camera.width, camera.height, limits().pixels));
     made.share = hold(made.pixels() * channels * sizeof(float));
     made.values.resize(made.pixels() * channels);
+    const bool scans = rendering.scanning_device;
+    service::MemoryAccount::Share times_share;
+    if (scans || camera.timing != nullptr) {
+        times_share = hold(made.pixels() * sizeof(RowTime));
+        made.times = pixel_times();
+    }
     const std::vector<PupilPoint> pupil = pupil_points(camera, rendering.samples);
     const auto count = static_cast<std::uint32_t>(pupil.size());
     for (std::uint32_t i = 0; i < count; ++i) {
         const AtPoint here(camera, pupil[i]);
         load_scene(work);
         for (const Region& window : windows)
-            add(light_of(window, std::max(1U, rendering.samples / count), i + 1, work),
+            add(scans ? scanned_light(made, window, std::max(1U, rendering.samples / count), i + 1, work)
+                      : light_of(window, std::max(1U, rendering.samples / count), i + 1, work),
                 1 / static_cast<float>(count), window, made);
     }
     load_scene(work); // through the middle of the pupil
@@ -227,7 +252,43 @@ void ClientState::render(const std::vector<Region>& windows, service::Work& work
     made.line_s = camera.line_s;
     made.los = rendering.los_mapping;
     made.time = rendering.time_mapping;
+    made.scanned = scans;
+    if (!scans && !made.time) made.times = {};
+    made.times_share = std::move(times_share);
     picture = std::move(made);
+}
+
+std::vector<RowTime> ClientState::pixel_times() const {
+    const auto width = static_cast<std::size_t>(camera.width);
+    std::vector<RowTime> times(width * static_cast<std::size_t>(camera.height));
+    const models::TimedFrame frame = camera.timed_frame();
+    for (std::int32_t row = 0; row < camera.height; ++row) {
+        const std::span pixels = std::span(times).subspan(static_cast<std::size_t>(row) * width, width);
+        if (camera.timing == nullptr) {
+            const Time reset{std::llround(camera.line_s * 1e9 * row)};
+            std::fill(pixels.begin(), pixels.end(), RowTime{reset, reset + frame.exposure_ns});
+        } else if (const auto bad = camera.timing->fill_pixels(frame, row, 0, pixels)) {
+            throw service::bad_argument(
+                "filename", "render: " + files.without_folders(camera.timing->explain(*bad)));
+        }
+    }
+    return times;
+}
+
+std::vector<float> ClientState::scanned_light(const Picture& made, const Region& window,
+                                              std::uint32_t samples, std::uint64_t frame,
+                                              service::Work& work) {
+    std::vector<RowTime> lines;
+    for (std::int32_t row = window.y; row < window.y + window.height; ++row) {
+        const auto begin = made.times.begin() + std::ptrdiff_t{row} * made.width + window.x;
+        lines.insert(lines.end(), begin, begin + window.width);
+    }
+    render_call_.set_lines(lines);
+    struct Back {
+        RenderCall& call;
+        ~Back() { call.set_lines({}); }
+    } const back{render_call_};
+    return light_of({0, 0, 1, 1}, samples, frame, work);
 }
 
 std::vector<float> ClientState::light_of(const Region& window, std::uint32_t samples, std::uint64_t frame,
@@ -253,6 +314,36 @@ std::vector<double> ClientState::intersect(const std::vector<renderer::Ray>& ray
     return distances;
 }
 
+void ClientState::find_scanned_surfaces(service::Work& work) {
+    Picture& p = *picture;
+    const renderer::Renderer& renderer = render_call_.current();
+    std::vector<float> aovs(renderer::aov_count);
+    std::vector<double> ranges(p.pixels());
+    GroundTruth truth;
+    for (std::size_t i = 0; i < p.pixels(); ++i) {
+        const Time mid = p.times[i].mid();
+        const RowTime instant{mid, mid};
+        renderer.fill_truth(mid, truth);
+        const renderer::Ray ray{truth.camera.position_m, to_matrix(truth.camera.orientation) * p.ray(0, 0)};
+        renderer::RenderRequest request;
+        request.window = {0, 0, 1, 1};
+        request.rows = 1;
+        request.row_times = {&instant, 1};
+        if (!renderer.intersect(mid, {&ray, 1}, {&ranges[i], 1}, &work.cancelled()) ||
+            !renderer.render_aovs(request, aovs, &work.cancelled()))
+            throw service::cancelled();
+        // In axes in which the camera of the whole picture sees it as the camera of that time.
+        const auto normal = [&](std::size_t k) {
+            return static_cast<double>(aovs[static_cast<std::size_t>(renderer::Aov::normal_x) + k]);
+        };
+        const Vec3 turned = rotate(p.eye.orientation * conjugate(truth.camera.orientation),
+                                   {normal(0), normal(1), normal(2)});
+        for (const auto& [k, value] : {std::pair{0, turned.x}, {1, turned.y}, {2, turned.z}})
+            p.normal[static_cast<std::size_t>(k)][i] = static_cast<float>(value);
+    }
+    p.range_m = std::move(ranges);
+}
+
 void ClientState::find_surfaces(service::Work& work) {
     if (!picture || !picture->range_m.empty()) return;
     Picture& p = *picture;
@@ -265,6 +356,11 @@ void ClientState::find_surfaces(service::Work& work) {
     std::vector<double> ranges(p.pixels());
     for (std::vector<float>& plane : p.normal)
         plane.resize(p.pixels());
+    if (p.scanned) {
+        find_scanned_surfaces(work);
+        p.surfaces_share = std::move(share);
+        return;
+    }
     const Mat3 to_scene = to_matrix(p.eye.orientation);
     const std::vector<RowTime> instants(block_rows, RowTime{when, when});
     std::vector<renderer::Ray> rays;

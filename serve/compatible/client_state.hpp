@@ -4,6 +4,7 @@
 
 #include "core/camera/region.hpp"
 #include "core/geometry.hpp"
+#include "models/kinds/timing_program.hpp"
 #include "serve/compatible/client_files.hpp"
 #include "serve/compatible/notes.hpp"
 #include "serve/compatible/picture.hpp"
@@ -20,6 +21,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -97,6 +99,9 @@ struct CameraSettings {
     Psf psf{};
     PictureLens lens{};
     double line_s = 0; ///< from the beginning of a row's exposure to that of the next
+    /// Times in SuMoL in place of `line_s`, and the table of a scene file that names them; null: none.
+    std::shared_ptr<const models::TimingProgram> timing{};
+    nlohmann::json shutter{};
     /// Distance of the plane that is sharp, and radius of the pupil, m; 0: all is sharp.
     double focus_m = 0, pupil_radius_m = 0;
     std::array<double, 2> pupil_point_m{}; ///< through which the picture is rendered: right, down
@@ -104,8 +109,19 @@ struct CameraSettings {
     /// exposure began.
     std::vector<scene::TimedPose> motion{};
 
-    /// Exposure of all rows together.
-    [[nodiscard]] double exposure_s() const { return integration_s + line_s * (height - 1); }
+    /// What `timing` is asked for; an instant lasts 1 ns.
+    [[nodiscard]] models::TimedFrame timed_frame() const;
+    /// Exposure of all rows together: to the end of the last.
+    [[nodiscard]] double exposure_s() const;
+
+private:
+    /// exposure_s() of a model, and what it belongs to.
+    struct Latest {
+        std::shared_ptr<const models::TimingProgram> timing;
+        models::TimedFrame frame;
+        double read_s = 0;
+    };
+    mutable Latest latest_;
 };
 
 /// How pictures are rendered and sent.
@@ -115,6 +131,8 @@ struct RenderingSettings {
     bool path_tracing = false;
     bool irradiance = false; ///< pixels hold W/m2, not W m-2 sr-1
     bool los_mapping = false, time_mapping = false;
+    /// The pixels of the picture are one detector of one pixel, each at its own time; without stars.
+    bool scanning_device = false;
     std::int32_t compression = 0;
 };
 
@@ -204,6 +222,14 @@ private:
     /// Light of a window of the picture, planes of the channels.
     [[nodiscard]] std::vector<float> light_of(const Region& window, std::uint32_t samples,
                                               std::uint64_t frame, service::Work& work);
+    /// The same of a scanning device.
+    [[nodiscard]] std::vector<float> scanned_light(const Picture& made, const Region& window,
+                                                   std::uint32_t samples, std::uint64_t frame,
+                                                   service::Work& work);
+    /// Times of all pixels of the picture after its beginning, row by row. Throws Failure.
+    [[nodiscard]] std::vector<RowTime> pixel_times() const;
+    /// find_surfaces() of a scanning device: each pixel at its time.
+    void find_scanned_surfaces(service::Work& work);
 
     const CompatibleSettings& settings_;
     service::MemoryAccount& memory_;

@@ -129,6 +129,7 @@ Vec3 PictureLens::direction(double x, double y) const {
 }
 
 Vec3 Picture::ray(std::int32_t column, std::int32_t row) const {
+    if (scanned) return lens.direction(0, 0);
     return lens.direction((column + 0.5 - width / 2.0) / fx_px, (row + 0.5 - height / 2.0) / fy_px);
 }
 
@@ -195,6 +196,10 @@ std::string los_map(const Picture& picture, bool backward) {
 std::string time_map(const Picture& picture) {
     const auto width = static_cast<std::size_t>(picture.width);
     return rows_from_below<float>(picture, 1, [&](std::size_t pixel, float* out) {
+        if (!picture.times.empty()) {
+            *out = static_cast<float>(to_seconds(picture.times[pixel].mid().ns));
+            return;
+        }
         const double from_middle = static_cast<double>(pixel / width) - (picture.height - 1) / 2.0;
         *out = static_cast<float>(picture.mid_s + picture.line_s * from_middle);
     });

@@ -2,6 +2,7 @@
 // Picture of the published client and its forms on the wire: bottom row first, channels interleaved.
 #pragma once
 
+#include "core/camera/frame.hpp"
 #include "core/geometry.hpp"
 #include "models/kinds/projection_program.hpp"
 #include "renderer/scene/scene.hpp"
@@ -50,11 +51,15 @@ struct Picture {
     PictureLens lens{};
     double mid_s = 0;  ///< scene time of mid-exposure, of the row in the middle
     double line_s = 0; ///< from a row to the next
+    /// Times of the pixels, of scanning devices and models of times; empty: as `mid_s` and `line_s` say.
+    std::vector<RowTime> times{};
+    bool scanned = false; ///< by a scanning device: all pixels look along the boresight
     bool los = false, time = false;
     // Surfaces behind the centres of the pixels, once they are asked for:
-    std::vector<double> range_m{};                           ///< infinite: nothing
-    std::array<std::vector<float>, 3> normal;                ///< scene axes, NaN: nothing
-    service::MemoryAccount::Share share{}, surfaces_share{}; ///< of the values and of those maps
+    std::vector<double> range_m{};            ///< infinite: nothing
+    std::array<std::vector<float>, 3> normal; ///< scene axes, NaN: nothing
+    /// Memory of the values, of those maps and of `times`.
+    service::MemoryAccount::Share share{}, surfaces_share{}, times_share{};
 
     [[nodiscard]] std::size_t pixels() const {
         return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);

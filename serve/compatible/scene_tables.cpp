@@ -93,12 +93,15 @@ void add_placement(ClientState& client_state, const Placement& p, json& table,
 
 json camera_table(ClientState& client_state) {
     const CameraSettings& c = client_state.camera;
-    const double fx_px = c.width / 2.0 / c.lens.radius(c.fov_x_rad / 2);
-    const double fy_px = c.height / 2.0 / c.lens.radius(c.fov_y_rad / 2, true);
+    // The detector of a scanning device has one pixel.
+    const bool scans = client_state.rendering.scanning_device;
+    const std::int32_t width = scans ? 1 : c.width, height = scans ? 1 : c.height;
+    const double fx_px = width / 2.0 / c.lens.radius(c.fov_x_rad / 2);
+    const double fy_px = height / 2.0 / c.lens.radius(c.fov_y_rad / 2, true);
     // Any pitch makes the same picture; focal lengths of scene files begin at 0.1 mm, pitches end at 1 mm.
     const double pitch_um = std::clamp(200 / fx_px, 10.0, 1000.0);
-    json table{{"width", c.width},
-               {"height", c.height},
+    json table{{"width", width},
+               {"height", height},
                {"pixel_pitch_um", pitch_um},
                {"focal_length_mm", fx_px * pitch_um * 1e-3},
                {"psf_sigma_px", 0.0}};
@@ -118,6 +121,7 @@ json camera_table(ClientState& client_state) {
         table["distortion"] = "brown-conrady";
         table["distortion_coefficients"] = c.lens.distortion;
     }
+    if (c.timing != nullptr && !scans) table["shutter"] = c.shutter;
     // Through each point of the pupil the plane of focus is seen at the same place.
     const auto [x_m, y_m] = c.pupil_point_m;
     if (c.focus_m > 0) table["principal_offset_px"] = {fx_px * x_m / c.focus_m, fy_px * y_m / c.focus_m};
@@ -164,7 +168,8 @@ json scene_tables(ClientState& client_state) {
             break;
         }
     }
-    if (!client_state.background.file.empty()) tree["stars"]["irradiances"] = client_state.background.file;
+    if (!client_state.background.file.empty() && !client_state.rendering.scanning_device)
+        tree["stars"]["irradiances"] = client_state.background.file;
     add_globals(client_state, tree);
     client_state.own.sweep();
     return tree;

@@ -311,7 +311,8 @@ std::vector<Command> make_commands() {
                        .help("Regular samples of the PSF: remembered, samples are always stratified."),
                    row("enableScanningDeviceMode")
                        .takes("enable:flag")
-                       .help("Rows of a scanning device: remembered, all rows are exposed at once."),
+                       .help(
+                           "Scanning device: the pixels of the picture are one detector of one pixel, which the field of view is of, at the times of the time sampling model; without stars."),
                    row("enableSkipPixelSampling")
                        .takes("enable:flag")
                        .help("Leaves pixels without bodies out: remembered, that is always done."),
@@ -340,7 +341,9 @@ std::vector<Command> make_commands() {
                        .gives("nb_samples")
                        .help("Samples of an object."),
                    row("getPreviewMode").gives("enable").help("What enablePreviewMode set."),
-                   row("getScanningDeviceMode").gives("enable").help("What enableScanningDeviceMode set."),
+                   row("getScanningDeviceMode")
+                       .gives("enable")
+                       .help("Whether the picture is that of a scanning device."),
                    row("render").help("Renders the picture."),
                    row("renderMicroTasks").takes("utasks:any").help("Renders the pixels of tasks."),
                    row("runPerPixelProcess")

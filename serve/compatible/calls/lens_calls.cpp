@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands of the camera's models: projection, focus, motion, times of the rows, wavelengths of the channels.
 // The published program has them in files that are not public; the names and parameters here are ours.
+#include "core/error.hpp"
 #include "core/text/printable.hpp"
+#include "models/kinds/timing_program.hpp"
 #include "models/values/model_values.hpp"
 #include "renderer/scene/trajectory.hpp"
 #include "serve/compatible/handlers.hpp"
@@ -31,23 +33,29 @@ void check_field(const Request& r, const PictureLens& lens, std::string_view arg
         "one that the projection shows");
 }
 
+/// The values of a model's table, as the scene of a picture will read them.
+models::ModelValues values_of(const nlohmann::json& table, const std::filesystem::path& file,
+                              std::string_view kind) {
+    models::ModelValues values = models::defaults_of(models::load_model(file.string(), kind));
+    const auto& known = values.loaded->model->parameters();
+    for (std::size_t i = 0; i < known.size(); ++i) {
+        const auto given = table.find(values.loaded->keys[i]);
+        if (given == table.end()) continue;
+        const std::vector<double> numbers =
+            given->is_array() ? given->get<std::vector<double>>() : std::vector{given->get<double>()};
+        for (std::size_t c = 0; c < numbers.size(); ++c)
+            values.values[i][c] = numbers[c] * known[i].si();
+    }
+    return values;
+}
+
 /// A projection in SuMoL.
 void load_own_projection(Request& r, const std::filesystem::path& file) {
     Parameters parameters(r);
     PictureLens lens{scene::Projection::model, {}};
     lens.own = table_of_model(r, file, "projection", "a projection in SuMoL", parameters);
     parameters.check_rest();
-    // The values of the table, as the scene of a picture will read them.
-    models::ModelValues values = models::defaults_of(models::load_model(file.string(), "projection"));
-    const auto& known = values.loaded->model->parameters();
-    for (std::size_t i = 0; i < known.size(); ++i) {
-        const auto given = lens.own.find(values.loaded->keys[i]);
-        if (given == lens.own.end()) continue;
-        const std::vector<double> numbers =
-            given->is_array() ? given->get<std::vector<double>>() : std::vector{given->get<double>()};
-        for (std::size_t c = 0; c < numbers.size(); ++c)
-            values.values[i][c] = numbers[c] * known[i].si();
-    }
+    const models::ModelValues values = values_of(lens.own, file, "projection");
     lens.unit = std::make_shared<const models::ProjectionProgram>(
         values.loaded->model, models::program_parameters(values), unit_plane());
     check_field(r, lens, "filename", r.client_state.camera.fov_x_rad, r.client_state.camera.fov_y_rad);
@@ -102,8 +110,28 @@ void load_motion(Request& r) {
     r.client_state.camera.motion = scene::read_trajectory(r.client_state.files.existing(file)).samples;
 }
 
+/// Times of rows or pixels in SuMoL.
+void load_own_timing(Request& r, const std::filesystem::path& file) {
+    Parameters parameters(r);
+    nlohmann::json table = table_of_model(r, file, "timing", "times in SuMoL", parameters);
+    parameters.check_rest();
+    const models::ModelValues values = values_of(table, file, "timing");
+    CameraSettings& camera = r.client_state.camera;
+    try {
+        camera.timing = std::make_shared<const models::TimingProgram>(values.loaded->model,
+                                                                      models::program_parameters(values));
+    } catch (const Error& error) {
+        throw r.arguments.refused("filename", r.client_state.files.without_folders(error.what()),
+                                  "times in SuMoL");
+    }
+    camera.shutter = std::move(table);
+    camera.line_s = 0;
+}
+
 void load_time_sampling(Request& r) {
     const std::string& file = r.arguments.text("filename");
+    if (file.ends_with(".tim"))
+        if (const auto own = r.client_state.files.find(file)) return load_own_timing(r, *own);
     const std::string name = model_name(file);
     Parameters parameters(r);
     double line_s = 0;
@@ -111,11 +139,11 @@ void load_time_sampling(Request& r) {
         line_s = parameters.number("line_addressing_time", 0, 0, 1e3);
     else if (!file.empty() && name != "global_shutter")
         throw r.arguments.refused(
-            "filename",
-            fmt::format("\"{}\" is no built-in model, and model files are not read", printable(file, 60)),
-            "global_shutter, rolling_shutter, with any ending");
+            "filename", fmt::format("\"{}\" is neither a file nor a built-in model", printable(file, 60)),
+            "files that end in .tim, and global_shutter, rolling_shutter, with any ending");
     parameters.check_rest();
     r.client_state.camera.line_s = line_s;
+    r.client_state.camera.timing = nullptr;
 }
 
 void load_spectrum(Request& r) {

@@ -31,6 +31,12 @@ void add_rendering_calls(Handlers& handlers) {
     handlers["getNbSamplesPerPixel"] = [](Request& r) {
         r.reply.set("nb_samples", static_cast<std::int32_t>(r.client_state.rendering.samples));
     };
+    handlers["enableScanningDeviceMode"] = [](Request& r) {
+        r.client_state.rendering.scanning_device = r.arguments.flag("enable");
+    };
+    handlers["getScanningDeviceMode"] = [](Request& r) {
+        r.reply.set("enable", r.client_state.rendering.scanning_device);
+    };
     handlers["enableLOSmapping"] = [](Request& r) {
         r.client_state.rendering.los_mapping = r.arguments.flag("b_enable");
     };

@@ -59,7 +59,6 @@ void add_unused_calls(Handlers& handlers) {
     };
     for (const auto& [set, argument, get, result, otherwise] : {
              Setting{"enablePreviewMode", "enable", "getPreviewMode", "enable", false},
-             Setting{"enableScanningDeviceMode", "enable", "getScanningDeviceMode", "enable", false},
              Setting{"setMaxSamplesPerPixel", "max_samples", "getMaxSamplesPerPixel", "max_samples", 64},
              Setting{"setMaxShadowRays", "max_shadow_rays", "getMaxShadowRays", "max_shadow_rays", 4},
              Setting{"setCubeMapSize", "cube_map_size", "getCubeMapSize", "cube_map_size", 512},
