@@ -48,7 +48,7 @@ def read_fits(file):
     """Header of the first unit as a dictionary, and the images of all units by EXTNAME (the first: ''), first row first."""
     data = pathlib.Path(file).read_bytes()
     at, headers, images = 0, [], {}
-    kinds = {8: "u1", 16: ">i2", 32: ">i4", -32: ">f4", -64: ">f8"}
+    kinds = {8: "u1", 16: ">i2", 32: ">i4", 64: ">i8", -32: ">f4", -64: ">f8"}
     while at + 2880 <= len(data):
         header, end = {}, False
         while not end:
