@@ -16,8 +16,8 @@
 #include "emulator/render/render_faults.hpp"
 #include "emulator/render/render_thread.hpp"
 #include "renderer/renderer.hpp"
+#include "sensors/readout/sequencer.hpp"
 #include "sensors/sensor.hpp"
-#include "sensors/sequencer.hpp"
 
 #include <array>
 #include <atomic>

@@ -117,6 +117,25 @@ EntryPoint timing_entry(std::string_view name, std::string_view written, std::st
         false,  written};
 }
 
+ModelKind timing_kind() {
+    return {
+        "timing",
+        "timing model",
+        ".tim",
+        "Times at which rows or pixels are exposed.",
+        {timing_entry("reset",
+                      "scalar reset(scalar row, scalar exposure), or scalar reset(scalar row, scalar column, "
+                      "scalar exposure)",
+                      "Begin of the exposure of a row, or of a pixel, s after the trigger; row, column: of "
+                      "what is read, from 0; exposure: as asked for, s"),
+         timing_entry("read",
+                      "scalar read(scalar row, scalar exposure), or scalar read(scalar row, scalar column, "
+                      "scalar exposure)",
+                      "End of it, by the same arguments")},
+        {},
+        {{Type::scalar, "rows"}, {Type::scalar, "columns"}}};
+}
+
 std::string signature(const EntryPoint& entry) {
     if (!entry.written.empty()) return std::string(entry.written);
     std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
@@ -194,22 +213,7 @@ const std::vector<ModelKind>& model_kinds() {
                        "Signal at the converter, DN, from that with noise, gain and black level")},
          {{"normal", {Type::scalar}, Type::scalar}},
          {{Type::scalar, "full_well"}}},
-        {"timing",
-         "timing model",
-         ".tim",
-         "Times at which rows or pixels are exposed.",
-         {timing_entry(
-              "reset",
-              "scalar reset(scalar row, scalar exposure), or scalar reset(scalar row, scalar column, "
-              "scalar exposure)",
-              "Begin of the exposure of a row, or of a pixel, s after the trigger; row, column: of "
-              "what is read, from 0; exposure: as asked for, s"),
-          timing_entry("read",
-                       "scalar read(scalar row, scalar exposure), or scalar read(scalar row, scalar column, "
-                       "scalar exposure)",
-                       "End of it, by the same arguments")},
-         {},
-         {{Type::scalar, "rows"}, {Type::scalar, "columns"}}},
+        timing_kind(),
     };
     return kinds;
 }

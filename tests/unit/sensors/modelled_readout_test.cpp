@@ -2,8 +2,8 @@
 // Plans whose times are those of a model written in SuMoL.
 #include "models/kinds/timing_program.hpp"
 #include "models/model/model.hpp"
+#include "sensors/readout/sequencer.hpp"
 #include "sensors/sensor.hpp"
-#include "sensors/sequencer.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sensors/sequencer.hpp"
+#include "sensors/readout/sequencer.hpp"
 #include "tests/support/catch.hpp"
 
 namespace sequencer_test {

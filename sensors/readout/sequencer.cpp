@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sensors/sequencer.hpp"
+#include "sensors/readout/sequencer.hpp"
 
-#include "sensors/row_slots.hpp"
+#include "sensors/readout/row_slots.hpp"
 
 #include <algorithm>
 #include <limits>

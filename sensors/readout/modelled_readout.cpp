@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sensors/modelled_readout.hpp"
+#include "sensors/readout/modelled_readout.hpp"
 
 #include "models/kinds/timing_program.hpp"
-#include "sensors/row_slots.hpp"
+#include "sensors/readout/row_slots.hpp"
 
 #include <algorithm>
 

@@ -2,8 +2,8 @@
 // Readout planning: reset and read time of each row. Two row pointers, as on the STAR250 (data sheet, section
 // on the shift registers): the reset pointer runs ahead of the read pointer, and both act at fixed instants
 // of a row slot.
-#include "sensors/modelled_readout.hpp"
-#include "sensors/row_slots.hpp"
+#include "sensors/readout/modelled_readout.hpp"
+#include "sensors/readout/row_slots.hpp"
 #include "sensors/sensor.hpp"
 
 #include <fmt/format.h>

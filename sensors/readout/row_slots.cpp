@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sensors/row_slots.hpp"
+#include "sensors/readout/row_slots.hpp"
 
 #include <algorithm>
 #include <cassert>
