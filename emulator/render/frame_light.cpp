@@ -18,7 +18,8 @@ renderer::PixelTimes pixel_times_of(const sensors::ReadoutPlan& plan, std::size_
                                     double rate) noexcept {
     if (plan.pixel_timing == nullptr) return {};
     const sensors::TimedWindow& timed = plan.timed_windows[window];
-    renderer::PixelTimes times = renderer::pixel_times_of(plan.pixel_timing);
+    renderer::PixelTimes times;
+    times.timing = plan.pixel_timing;
     times.trigger = trigger;
     times.rate = rate;
     times.rows = timed.region.height;

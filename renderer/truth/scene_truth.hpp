@@ -4,6 +4,7 @@
 
 #include "core/camera/frame.hpp"
 #include "core/camera/scene_truth.hpp"
+#include "renderer/pixel_times.hpp"
 
 #include <cstddef>
 #include <cstdint>
