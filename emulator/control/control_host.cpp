@@ -92,7 +92,8 @@ public:
                  }))
             calls.push_back(std::move(call));
         for (service::Call& call :
-             host_.models().calls(host_.scene_requests(), [this] { return host_.shown_scene(); }))
+             host_.models().calls(host_.scene_requests(), {[this] { return host_.shown_scene(); },
+                                                           [this] { return host_.sensor_models(); }}))
             calls.push_back(std::move(call));
         return calls;
     }
@@ -154,6 +155,21 @@ std::filesystem::path ControlHost::shown_scene() {
     std::filesystem::path file;
     ask([this, &file] { file = sources_.scene(); });
     return file;
+}
+
+std::vector<std::filesystem::path> ControlHost::sensor_models() {
+    std::vector<std::filesystem::path> files;
+    ask([this, &files] {
+        const DaemonConfig config = sources_.config();
+        const auto add = [&files](const models::ModelValues& values) {
+            if (values.loaded != nullptr) files.emplace_back(values.loaded->model->name());
+        };
+        for (const DaemonConfig* camera : config.cameras()) {
+            add(camera->sensor.model);
+            if (camera->sensor.readout.timing_values) add(*camera->sensor.readout.timing_values);
+        }
+    });
+    return files;
 }
 
 std::vector<std::string> ControlHost::scenes_refused(const std::vector<std::filesystem::path>& files) {

@@ -60,6 +60,8 @@ public:
     [[nodiscard]] std::shared_ptr<const nlohmann::json> configuration();
     /// File of the scene that is shown. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::filesystem::path shown_scene();
+    /// Files of the models of the cameras' sensors. Throws Failure. Thread-safe; not on the main thread.
+    [[nodiscard]] std::vector<std::filesystem::path> sensor_models();
     /// See ScenesRefused. Throws Failure. Thread-safe; not on the main thread.
     [[nodiscard]] std::vector<std::string> scenes_refused(const std::vector<std::filesystem::path>& files);
     /// The answer to "scene.describe". Throws Failure. Thread-safe; not on the main thread.

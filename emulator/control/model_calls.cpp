@@ -2,6 +2,7 @@
 #include "emulator/control/model_calls.hpp"
 
 #include "core/error.hpp"
+#include "core/io/path_state.hpp"
 #include "core/realtime/log.hpp"
 #include "core/text/printable.hpp"
 #include "emulator/config/model_use.hpp"
@@ -132,19 +133,28 @@ std::string base64(const std::string& bytes) {
     return text;
 }
 
-service::Call list_call(const ModelStore& store, std::function<std::filesystem::path()> shown) {
+/// Whether a sensor has the model of that file.
+bool has_model(const std::vector<std::filesystem::path>& sensors, const std::filesystem::path& file) {
+    return std::any_of(sensors.begin(), sensors.end(), [&](const std::filesystem::path& one) {
+        return absolute_path(one) == absolute_path(file);
+    });
+}
+
+service::Call list_call(const ModelStore& store, ModelUsers users) {
     service::Call call = service::call<service::NoArguments>(
         "model.list", Permission::view,
         "Lists the models that scenes find: beside the scene that is shown, in models.folder, and shipped ones.",
-        [&store, shown = std::move(shown)](const service::NoArguments&, Work& /*work*/) {
-            const std::filesystem::path scene = shown();
+        [&store, users = std::move(users)](const service::NoArguments&, Work& /*work*/) {
+            const std::filesystem::path scene = users.scene();
+            const std::vector<std::filesystem::path> sensors = users.sensors();
             json rows = json::array(), kinds = json::array();
             for (const StoredModel& model : store.list(scene))
                 rows.push_back({{"name", model.name()},
                                 {"kind", kind_of_name(model.name())},
                                 {"place", name_of(model.place)},
                                 {"hidden", model.hidden},
-                                {"used", !model.hidden && scene_names_model(scene, model.name())},
+                                {"used", has_model(sensors, model.file) ||
+                                             (!model.hidden && scene_names_model(scene, model.name()))},
                                 {"title", title_of(model.file)}});
             for (const models::ModelKind& kind : models::model_kinds())
                 kinds.push_back({{"name", kind.name}, {"ending", kind.ending}, {"help", kind.help}});
@@ -157,7 +167,7 @@ service::Call list_call(const ModelStore& store, std::function<std::filesystem::
     call.results = {
         {"models", "array of maps", "",
          "name; kind; place: scene, folder or shipped; hidden: one of that name stands where scenes look before; "
-         "used: the scene that is shown names it; title: its first comment"},
+         "used: the scene that is shown, or a sensor, has it; title: its first comment"},
         {"kinds", "array of maps", "", "Kinds of models: name, ending of their files, help"},
         {"words", "map", "", "Words of the language, for editors: keywords, functions, constants"},
         {"folder", "string", "", "Folder where model.put stores; empty: there is none"},
@@ -307,14 +317,18 @@ service::Call ModelDesk::put_call(SceneRequests& requests, std::function<std::fi
     return call;
 }
 
-service::Call ModelDesk::remove_call(SceneRequests& requests, std::function<std::filesystem::path()> shown) {
+service::Call ModelDesk::remove_call(SceneRequests& requests, ModelUsers users) {
     service::Call call = service::call<ModelRemoval>(
         "model.remove", Permission::scene,
-        "Removes a model from models.folder. One that the scene names needs show, and another of that name behind it.",
-        [this, &requests, shown = std::move(shown)](const ModelRemoval& wanted, Work& work) {
+        "Removes a model from models.folder. One that the scene names needs show, and another of that name behind it; one of a sensor stays.",
+        [this, &requests, users = std::move(users)](const ModelRemoval& wanted, Work& work) {
             ModelStore::check_name(wanted.file);
-            const std::filesystem::path scene = shown();
+            const std::filesystem::path scene = users.scene();
             const std::lock_guard lock(changes_);
+            if (has_model(users.sensors(), store_.folder() / wanted.file))
+                throw Failure(
+                    FailureCode::not_now,
+                    fmt::format("{}: a sensor has it: it is read again at the next start", wanted.file));
             if (!wanted.show && scene_names_model(scene, wanted.file))
                 throw Failure(
                     FailureCode::not_now,
@@ -330,9 +344,9 @@ service::Call ModelDesk::remove_call(SceneRequests& requests, std::function<std:
     return call;
 }
 
-service::Calls ModelDesk::calls(SceneRequests& requests, std::function<std::filesystem::path()> shown) {
-    return {list_call(store_, shown),  get_call(store_, shown),     check_call(), plot_call(),
-            put_call(requests, shown), remove_call(requests, shown)};
+service::Calls ModelDesk::calls(SceneRequests& requests, const ModelUsers& users) {
+    return {list_call(store_, users),        get_call(store_, users.scene), check_call(), plot_call(),
+            put_call(requests, users.scene), remove_call(requests, users)};
 }
 
 } // namespace obscura::emulator

@@ -13,8 +13,15 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <vector>
 
 namespace obscura::emulator {
+
+/// Files that a running daemon has models for.
+struct ModelUsers {
+    std::function<std::filesystem::path()> scene;                ///< file of the scene that is shown
+    std::function<std::vector<std::filesystem::path>()> sensors; ///< files of the models of its sensors
+};
 
 /// What the calls of all clients share. Texts are examined on one thread at nice level 10. Thread-safe.
 class ModelDesk {
@@ -23,8 +30,8 @@ public:
     ModelDesk(const ModelsSection& section, const CoreSet& cores);
 
     /// The calls "model.list", "model.get", "model.check", "model.plot", "model.put" and "model.remove".
-    /// `requests` outlives them; `shown` gives the file of the scene that is shown.
-    [[nodiscard]] service::Calls calls(SceneRequests& requests, std::function<std::filesystem::path()> shown);
+    /// `requests` outlives them.
+    [[nodiscard]] service::Calls calls(SceneRequests& requests, const ModelUsers& users);
     /// Refuses examinations from now on.
     void close() { thread_.close(); }
 
@@ -33,8 +40,7 @@ private:
     [[nodiscard]] service::Call plot_call();
     [[nodiscard]] service::Call put_call(SceneRequests& requests,
                                          std::function<std::filesystem::path()> shown);
-    [[nodiscard]] service::Call remove_call(SceneRequests& requests,
-                                            std::function<std::filesystem::path()> shown);
+    [[nodiscard]] service::Call remove_call(SceneRequests& requests, ModelUsers users);
 
     ModelStore store_;
     models::Execution execution_;

@@ -113,7 +113,7 @@ def life(camera, folder):
     check_refused("a scene without its model is refused", "bad-scene", "own.brdf", lambda: camera.show_scene("other.toml"))
     check("a model is stored", camera.call("model.put", file="own.brdf", text=law(0.1)) == {"file": "own.brdf", "used": False, "replaced": False})
     file = folder / "models" / "own.brdf"
-    check("as it was sent", file.read_text() == law(0.1) and os.listdir(folder / "models") == ["own.brdf"])
+    check("as it was sent", file.read_text() == law(0.1) and sorted(os.listdir(folder / "models")) == ["own.brdf", "pixel.sns"])
     camera.show_scene("other.toml")
     check("then the scene finds it", listed(camera)["own.brdf", "folder"]["used"])
     grey = mean_of(camera)
@@ -130,6 +130,8 @@ def life(camera, folder):
     check_refused("a model in use is not removed", "not-now", "the scene that is shown names it", lambda: camera.call("model.remove", file="own.brdf"))
     check_refused("nor with show, where no other has its name", "bad-scene", "own.brdf", lambda: camera.call("model.remove", file="own.brdf", show=True))
     check("it is still there", file.read_text() == law(0.2))
+    check("the model of the sensor is in use", listed(camera)["pixel.sns", "folder"]["used"] and not listed(camera)["lin-log.sns", "shipped"]["used"])
+    check_refused("and stays", "not-now", "pixel.sns: a sensor has it", lambda: camera.call("model.remove", file="pixel.sns", show=True))
     # A shipped model gives way to one of the folder.
     (folder / "other.toml").write_text((folder / "scene.toml").read_text().replace('model = "grey.brdf"', 'model = "lambert"'))
     camera.show_scene("other.toml")
@@ -143,10 +145,10 @@ def life(camera, folder):
     check_near("in frames, too", mean_of(camera) / shipped, 1, 0.25)
     check_refused("a shipped one is not removed", "bad-argument", "no such model in the folder", lambda: camera.call("model.remove", file="lambert.brdf", show=True))
     check_refused("a name beside the scene is not stored", "bad-argument", "stands beside the scene", lambda: camera.call("model.put", file="grey.brdf", text=law()))
-    for number in range(2, 257):
+    for number in range(2, 256):
         (folder / "models" / f"m{number}.brdf").write_text("//")
     check_refused("too many are refused", "too-large", "257 files", lambda: camera.call("model.put", file="x.brdf", text=law()))
-    for number in range(2, 257):
+    for number in range(2, 256):
         (folder / "models" / f"m{number}.brdf").unlink()
     for number in range(70):
         (folder / "models" / f"m{number}.brdf").write_bytes(b"/" * 65000)
@@ -204,7 +206,9 @@ def over_http(folder, small):
 with tempfile.TemporaryDirectory(prefix="obscura-model-calls-") as temporary:
     folder = pathlib.Path(temporary)
     folder.chmod(0o755)
-    small = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\nscenes = "{folder}"\n[models]\nfolder = "{folder}/models"\n')
+    small = SmallDaemon(folder, obscurad, source, tables=f'[control]\nunix_socket = "{folder}/calls"\nscenes = "{folder}"\n[models]\nfolder = "{folder}/models"\n[sensor]\nmodel = {{ model = "pixel" }}\n')
+    (folder / "models").mkdir()
+    (folder / "models/pixel.sns").write_text("scalar convert(scalar signal, scalar x, scalar y) { return signal; }\n")
     (folder / "grey.brdf").write_text(law())
     text = (folder / "scene.toml").read_text()
     for old, new in ("albedo = 0.1", 'material = { model = "grey.brdf" }'), ("-20000", "-400000"), ("distance_au = 2", "distance_au = 60"):

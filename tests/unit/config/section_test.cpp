@@ -244,4 +244,24 @@ TEST_CASE("a pipe in place of a file is refused at once") {
     CHECK(config::read_text(pipe, text) == "not a regular file");
 }
 
+TEST_CASE("a printed key may stand as a table, also where values have their provenance") {
+    std::string word, table;
+    config::Section section;
+    section.name = "chip";
+    section.annotated = true;
+    section.keys = {key("label", &word).or_table([&table] { return table; }).help("Label of the chip")};
+    section.check = [&table](const config::ReadTable& read) {
+        const config::Member* const member = read.table()->find("label");
+        if (member != nullptr && member->value.find("value") != nullptr) table = "{ value = 3 }";
+    };
+    const config::Value root = config::parse_text("[chip]\nlabel = { value = 3 }\n", "chips");
+    config::Mistakes mistakes;
+    read_member(root, {"chips", ""}, section, mistakes);
+    mistakes.throw_if_any();
+    CHECK(word.empty());
+    CHECK(print_section(section, "").find("\nlabel = { value = 3 }\n") != std::string::npos);
+    table.clear();
+    CHECK(print_section(section, "").find("\nlabel = \"\"\n") != std::string::npos);
+}
+
 } // namespace section_test

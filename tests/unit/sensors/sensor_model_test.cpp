@@ -154,9 +154,11 @@ TEST_CASE("with a model of the charge, noise of the amplifier is not drawn toget
     SensorDescription d = plain();
     d.detector.read_noise_e = 40;
     Camera camera(with_model(lin_log, d));
-    const double slope = 1 / (1 + 80'000.0 / 8000);
-    const Statistics measured = statistics(camera, 100'000);
-    CHECK(std::abs(measured.variance / (slope * slope * 100'000 + 1600 + 1.0 / 12) - 1) < 0.01);
+    for (const double electrons : {40'000.0, 100'000.0}) { // below and above full well
+        const double slope = 1 / (1 + (electrons - 20'000) / 8000);
+        const Statistics measured = statistics(camera, electrons);
+        CHECK(std::abs(measured.variance / (slope * slope * electrons + 1600 + 1.0 / 12) - 1) < 0.01);
+    }
 }
 
 TEST_CASE("a model before the converter sees noise and black level") {
