@@ -268,8 +268,8 @@ std::vector<RowTime> ClientState::pixel_times() const {
             const Time reset{std::llround(camera.line_s * 1e9 * row)};
             std::fill(pixels.begin(), pixels.end(), RowTime{reset, reset + frame.exposure_ns});
         } else if (const auto bad = camera.timing->fill_pixels(frame, row, 0, pixels)) {
-            throw service::bad_argument(
-                "filename", "render: " + files.without_folders(camera.timing->explain(*bad)));
+            throw service::bad_argument("filename",
+                                        "render: " + files.without_folders(camera.timing->explain(*bad)));
         }
     }
     return times;
