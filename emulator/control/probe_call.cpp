@@ -250,7 +250,7 @@ service::Call probe_call(const CameraCalls::Cameras& cameras, PixelProbes& probe
         {"emission_deg", "number", "deg", "Between the normal and the camera"},
         {"phase_deg", "number", "deg", "Between Sun and camera, seen from there; nil on the Sun itself"},
         {"row_mid_exposure_tai_ns", "integer", "ns",
-         "Middle of the exposure of the pixel's row, TAI, for which geometry and body hold"},
+         "Middle of the exposure of the pixel's row, or of the pixel where it has a time of its own, TAI, for which geometry and body hold"},
         {"samples", "number", "", "Rays of the pixel; nil of a push-broom sensor"}};
     return call;
 }

@@ -264,6 +264,15 @@ ProbedPixel PixelProbe::probe(const ProbedFrame& frame, std::int32_t x, std::int
         !tell_surface(place, cancel, pixel))
         throw service::Failure(service::FailureCode::cancelled, "cancelled");
     pixel.row_mid = frame.row_times[static_cast<std::size_t>(y)].mid();
+    if (!place.light.pixel_times.empty()) {
+        // By the clock of the rows: the scene may run at another rate.
+        const renderer::PixelTimes& pixels = place.light.pixel_times[place.block.window];
+        const FrameLight::Window& window = place.light.windows[place.block.window];
+        RowTime time;
+        pixels.fill(window.sensor.y + y - window.image_y, window.sensor.x, {&time, 1});
+        const Time row = place.light.rows[static_cast<std::size_t>(y)].mid();
+        pixel.row_mid += std::llround(static_cast<double>(time.mid() - row) / pixels.rate);
+    }
     for (std::size_t b = 0; b < renderer_->band_count(); ++b)
         pixel.irradiance_w_m2.push_back(
             static_cast<double>(light.irradiance[b * light.pixels + light.index]));

@@ -39,7 +39,9 @@ struct ProbedFrame {
 
 /// Answer of the probe. Angles in degrees; none where no body is, or the Sun itself.
 struct ProbedPixel {
-    Time row_mid;                          ///< middle of the exposure of the pixel's row, scheduling clock
+    /// Middle of the exposure of the pixel's row, or of the pixel where it has a time of its own; scheduling
+    /// clock.
+    Time row_mid;
     std::vector<double> irradiance_w_m2{}; ///< at the entrance pupil, of each spectral band
     std::optional<double> samples{};       ///< rays of the pixel; none: of a push-broom sensor
     /// Expected electrons, as PixelTruth has them; none: the effects of the detector need other pixels.

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/camera/frame_maker.hpp"
+#include "models/kinds/timing_program.hpp"
+#include "models/model/model.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"
 
 #include <algorithm>
 #include <cstdlib>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace frame_maker_test {
@@ -29,6 +33,17 @@ FrameOrder order_for(const MakerBench& bench, std::uint64_t id) {
 }
 
 /// A sensor whose pixels feel what happens beside them.
+/// Pixel after pixel, the right ones longer.
+std::shared_ptr<const models::TimingProgram> scanning_pixels() {
+    auto model = models::Model::parse(
+        "t.tim",
+        "scalar reset(scalar row, scalar column, scalar exposure) { return (row * columns + column) * 1e-6; }\n"
+        "scalar read(scalar row, scalar column, scalar exposure)\n"
+        "{ return reset(row, column, exposure) + exposure * (0.5 + column / columns); }\n");
+    const models::ModelParameters parameters = models::default_parameters(*model);
+    return std::make_shared<models::TimingProgram>(std::move(model), parameters);
+}
+
 SensorDescription leaky_sensor(Shutter shutter) {
     SensorDescription sensor = small_sensor();
     sensor.readout.shutter = shutter;
@@ -109,8 +124,9 @@ TEST_CASE("neither the size of the bands nor the trigger's instant changes a pix
 }
 
 TEST_CASE("charge that spreads between pixels does not see the bands") {
-    for (const Shutter shutter : {Shutter::rolling, Shutter::global, Shutter::push_broom}) {
+    for (const Shutter shutter : {Shutter::rolling, Shutter::global, Shutter::push_broom, Shutter::model}) {
         SensorDescription sensor = leaky_sensor(shutter);
+        if (shutter == Shutter::model) sensor.readout.timing = scanning_pixels();
         if (shutter == Shutter::push_broom) sensor.detector.crosstalk_edge = sensor.detector.blooming = 0;
         if (shutter == Shutter::push_broom) sensor.detector.crosstalk_corner = 0;
         if (shutter == Shutter::global) sensor.detector.smear_row_ns = 2000;
