@@ -22,7 +22,9 @@ enum class SamplePurpose : std::uint32_t {
     body = 2,
     sample_grid = 3,
     wing_cells = 5,
-    wing_points = 6
+    wing_points = 6,
+    received_light = 7,
+    photons = 8
 };
 
 /// Random words of one pixel (or body) in one frame: each seeds one pair of dimensions.
