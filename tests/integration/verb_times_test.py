@@ -134,6 +134,7 @@ VERBS = {
     "release": [["--pid", "1"]],
     "truth": [["out/none.fits"]],
     "sky": [["planet.toml", "-o", "out/sky.svg"], ["planet.toml"], ["mesh.toml"]],
+    "irradiance": [["mesh.toml", "-o", "out/light.ply"], ["planet.toml"]],
     "model new": [["material", "rock"]],
     "model list": [[]],
     "model show": [["hapke"]],

@@ -12,13 +12,13 @@
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/truth/scene_truth.hpp"
 #include "tools/pictures/sky_chart.hpp"
+#include "tools/scene/scene_time.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -42,10 +42,7 @@ public:
             "Nothing is rendered. "
             "The same positions for frames with exposure and readout: --truth-table of obscura render and obscura capture (docs/truth.md).";
         line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
-        line.option(
-            "-t,--time", &time_, "T",
-            "Scene time in seconds; "
-            "or, of a scene with an epoch, an instant such as 2026-03-01T12:00:00Z in any form that obscura time reads");
+        line.option("-t,--time", &time_, "T", scene_time_help);
         line.number("--faintest", &faintest_, "V", "Leave out stars that are fainter than this V magnitude",
                     -30, 99);
         line.option("-o,--output", &output_, "FILE", "Chart to write: .svg or .png");
@@ -64,7 +61,7 @@ public:
             throw host::UsageError(
                 fmt::format("obscura sky: --output {}: the name must end in .svg or .png", output_));
         const scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
-        time_s_ = scene_time_of(scene);
+        time_s_ = scene_time_of(scene, time_, "obscura sky: --time");
         const renderer::Renderer renderer(scene, {});
         FrameWindow window;
         window.sensor = {0, 0, scene.camera.width, scene.camera.height};
@@ -95,23 +92,6 @@ public:
     }
 
 private:
-    [[nodiscard]] double scene_time_of(const scene::Scene& scene) const {
-        double seconds = 0;
-        const char* const end = time_.data() + time_.size();
-        const auto [at, error] = std::from_chars(time_.data(), end, seconds);
-        if (error == std::errc{} && at == end) {
-            if (!(std::abs(seconds) <= 1e9))
-                throw host::UsageError(fmt::format("obscura sky: --time {}: allowed -1e9 to 1e9 s", time_));
-            return seconds;
-        }
-        if (!scene.epoch)
-            throw host::UsageError(fmt::format(
-                "obscura sky: --time {}: allowed is a number of seconds; the scene has no epoch, which instants need",
-                time_));
-        const ephemeris::Epoch instant = ephemeris::read_time(time_, ephemeris::system_leap_seconds());
-        return static_cast<double>(instant.tai_ns - scene.epoch->tai_ns) / 1e9;
-    }
-
     /// Instant of the scene time, in UTC; empty: the scene has no epoch.
     [[nodiscard]] std::string instant_of(const scene::Scene& scene) const {
         if (!scene.epoch) return {};

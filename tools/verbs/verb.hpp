@@ -80,6 +80,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();
 [[nodiscard]] std::unique_ptr<Verb> make_truth();
 [[nodiscard]] std::unique_ptr<Verb> make_sky();
+[[nodiscard]] std::unique_ptr<Verb> make_irradiance();
 [[nodiscard]] std::unique_ptr<Verb> make_serve();
 
 } // namespace obscura::tools

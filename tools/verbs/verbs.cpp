@@ -69,6 +69,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"release", make_release},
         VerbEntry{"truth", make_truth},
         VerbEntry{"sky", make_sky},
+        VerbEntry{"irradiance", make_irradiance},
         VerbEntry{"serve", make_serve},
     };
     return table;
