@@ -35,6 +35,8 @@ struct RenderWork {
     std::uint64_t surface_hits = 0;
     std::array<std::uint64_t, 4> surface_coarser{};
     std::uint64_t tiles_missed = 0; ///< look-ups of tiles that were not there
+    /// Rays to shapes of users whose hit, or that they hit nothing, is not sure.
+    std::uint64_t rays_doubtful = 0;
     /// Pixels of reprojected rows that were hidden in the earlier frame, or outside of it.
     std::uint64_t pixels_filled = 0;
 
@@ -59,6 +61,7 @@ struct RenderWork {
         for (std::size_t i = 0; i < surface_coarser.size(); ++i)
             surface_coarser[i] -= before.surface_coarser[i];
         tiles_missed -= before.tiles_missed;
+        rays_doubtful -= before.rays_doubtful;
         pixels_filled -= before.pixels_filled;
         return *this;
     }

@@ -31,9 +31,11 @@ inline constexpr std::size_t missed_reason_count = enum_names(MissedReason{}).si
 /// Missed edges by MissedReason.
 using MissedCounts = std::array<std::uint64_t, missed_reason_count>;
 
-/// Frames whose terrains or giant textures were coarser than asked for.
+/// Frames whose terrains or giant textures were coarser than asked for, and those with doubtful rays to
+/// shapes of users.
 struct LodCounters {
     std::uint64_t frames = 0, tiles_missing = 0;
+    std::uint64_t doubtful_frames = 0;
 };
 
 /// Outcomes of rendering ahead since construction: each frame begun is later used or discarded.
@@ -150,6 +152,9 @@ inline constexpr auto camera_metrics = [] {
             .as_counter("frames_tiles_missing_total",
                         "Frames with coarser cells of terrain than asked for, because tiles were missing."),
         counter<&C::lod, &LodCounters::tiles_missing>("camera/lod_deficit", "tiles_missing"),
+        counter<&C::lod, &LodCounters::doubtful_frames>(root, "doubtful_frames")
+            .as_counter("frames_rays_doubtful_total",
+                        "Frames with rays to shapes in SuMoL of which it is not sure what they hit."),
         counter<&C::dropped>(root, "dropped")
             .as_counter("triggers_total", "", "outcome", "dropped")
             .on_status(6, "dropped")

@@ -82,6 +82,8 @@ struct FrameQuality {
     float lod_deficit_share = 0;     ///< of the hits on terrains, on cells wider than asked for
     float lod_deficit_worst = 0;     ///< factor by which the widest of those is wider, at least; 0: none
     std::uint32_t tiles_missing = 0; ///< look-ups of tiles that were not there
+    std::uint32_t rays_doubtful =
+        0; ///< to shapes of users: what they hit, or that they hit nothing, is not sure
 
     /// Rows of each group for an image of `height` rows.
     [[nodiscard]] static constexpr std::int32_t group_rows_for(std::int32_t height) noexcept {

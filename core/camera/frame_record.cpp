@@ -226,9 +226,18 @@ constexpr std::array quality_fields{
         .as_card("LODTILES", "look-ups of tiles that were not there")
         .as_member()
         .as_column(61),
+    field<&Q::rays_doubtful>("rays_doubtful")
+        .at(0x1d4)
+        .as_feature(
+            "ChunkQualityRaysDoubtful",
+            "Rays to shapes in SuMoL of which it is not sure what they hit: the bound on the slope did not "
+            "hold, or the steps ran out")
+        .as_card("RAYSDOUB", "rays to shapes in SuMoL that are not sure")
+        .as_member()
+        .as_column(62),
 };
 static_assert(is_disjoint<Q>(quality_fields));
-/// The fields from this one on are of terrains.
+/// The fields from this one on are of terrains and shapes of users.
 constexpr std::size_t first_of_terrain = [] {
     std::size_t i = 0;
     while (quality_fields[i].name != "lod_deficit_share")

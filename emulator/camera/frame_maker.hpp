@@ -137,7 +137,8 @@ public:
     }
     /// Thread-safe.
     [[nodiscard]] LodCounters lod_counters() const noexcept {
-        return {lod_frames_.load(std::memory_order_relaxed), lod_tiles_.load(std::memory_order_relaxed)};
+        return {lod_frames_.load(std::memory_order_relaxed), lod_tiles_.load(std::memory_order_relaxed),
+                doubtful_frames_.load(std::memory_order_relaxed)};
     }
     [[nodiscard]] AheadCounters ahead_counters() const noexcept {
         return render_thread_ != nullptr ? render_thread_->counters() : AheadCounters{};
@@ -276,7 +277,7 @@ private:
     std::atomic<float> last_error_{0};
     std::atomic<std::int64_t> last_margin_us_{0};
     std::vector<std::byte> truth_workspace_;
-    std::atomic<std::uint64_t> lod_frames_{0}, lod_tiles_{0}; ///< see LodCounters
+    std::atomic<std::uint64_t> lod_frames_{0}, lod_tiles_{0}, doubtful_frames_{0}; ///< see LodCounters
     std::int64_t scene_to_clock_ns_ = 0;
     FrameOrigins origins_;
     std::atomic<std::uint32_t> run_;

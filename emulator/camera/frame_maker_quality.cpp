@@ -9,6 +9,7 @@ namespace obscura::emulator {
 
 void FrameMaker::note_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept {
     set_lod_deficit(quality, work);
+    if (quality.rays_doubtful > 0) doubtful_frames_.fetch_add(1, std::memory_order_relaxed);
     if (!(quality.lod_deficit_share > 0) && quality.tiles_missing == 0) return;
     lod_frames_.fetch_add(1, std::memory_order_relaxed);
     lod_tiles_.fetch_add(quality.tiles_missing, std::memory_order_relaxed);

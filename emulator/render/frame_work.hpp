@@ -23,7 +23,7 @@ struct FrameWork {
     std::int64_t ahead_ns = 0; ///< rendering had ended this long before the trigger; 0: it had not
 };
 
-/// Sets what terrains and giant textures lacked in a frame.
+/// Sets what terrains and giant textures lacked in a frame, and what shapes of users left in doubt.
 inline void set_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept {
     quality.lod_deficit_share = work.surface_hits > 0 ? static_cast<float>(work.surface_coarser[0]) /
                                                             static_cast<float>(work.surface_hits)
@@ -31,8 +31,12 @@ inline void set_lod_deficit(FrameQuality& quality, const renderer::RenderWork& w
     quality.lod_deficit_worst = 0;
     for (std::size_t k = 0; k < work.surface_coarser.size(); ++k)
         if (work.surface_coarser[k] > 0) quality.lod_deficit_worst = static_cast<float>(1U << k);
-    quality.tiles_missing = static_cast<std::uint32_t>(
-        std::min<std::uint64_t>(work.tiles_missed, std::numeric_limits<std::uint32_t>::max()));
+    const auto count = [](std::uint64_t n) {
+        return static_cast<std::uint32_t>(
+            std::min<std::uint64_t>(n, std::numeric_limits<std::uint32_t>::max()));
+    };
+    quality.tiles_missing = count(work.tiles_missed);
+    quality.rays_doubtful = count(work.rays_doubtful);
 }
 
 /// Sets the levels of the groups of a frame of `height` rows, and what follows from them.

@@ -140,7 +140,7 @@ Cards frame_cards(const Frame& frame) {
     const FrameQuality& quality = info.quality;
     const Cards made = quality_cards(quality);
     cards.insert(cards.end(), made.begin(), made.end());
-    if (quality.lod_deficit_share > 0 || quality.tiles_missing > 0)
+    if (quality.lod_deficit_share > 0 || quality.tiles_missing > 0 || quality.rays_doubtful > 0)
         add_cards(cards, terrain_fields(), quality);
     const Cards scene = scene_cards(info.truth);
     cards.insert(cards.end(), scene.begin(), scene.end());

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace obscura::models {
 namespace {
@@ -136,6 +137,12 @@ ModelKind timing_kind() {
         {{Type::scalar, "rows"}, {Type::scalar, "columns"}}};
 }
 
+EntryPoint shape_entry(std::string_view name, std::vector<EntryArgument> arguments, bool one_of,
+                       std::string_view help) {
+    const std::size_t count = arguments.size();
+    return {name, Type::scalar, std::move(arguments), {count}, false, help, one_of};
+}
+
 std::string signature(const EntryPoint& entry) {
     if (!entry.written.empty()) return std::string(entry.written);
     std::string text = fmt::format("{} {}(", name_of(entry.type), entry.name);
@@ -214,6 +221,19 @@ const std::vector<ModelKind>& model_kinds() {
          {{"normal", {Type::scalar}, Type::scalar}},
          {{Type::scalar, "full_well"}}},
         timing_kind(),
+        {"shape",
+         "shape model",
+         ".shp",
+         "Surface of a body.",
+         {shape_entry("outside", {{Type::vec3, "p"}}, true,
+                      "Positive outside of the body, negative inside, m; p: place in its frame, m"),
+          shape_entry(
+              "height", {{Type::scalar, "longitude"}, {Type::scalar, "latitude"}}, true,
+              "Height along the radius over the ellipsoid of radii_m, m; both angles from the centre, "
+              "rad"),
+          shape_entry("bound_radius", {}, false,
+                      "Radius of a ball about the origin that has the surface, m; height() has one without")},
+         {}},
     };
     return kinds;
 }

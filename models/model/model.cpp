@@ -56,9 +56,9 @@ void read_remark(std::string_view remark, Parameter& p) {
 }
 
 /// Properties that mean something to the renderer.
-constexpr std::array<std::string_view, 9> known_properties{
+constexpr std::array<std::string_view, 10> known_properties{
     "has_mirror_component", "level_step",      "required_samples", "cube_size", "width", "height",
-    "pixel_pitch_um",       "focal_length_mm", "exposure_ms"};
+    "pixel_pitch_um",       "focal_length_mm", "exposure_ms",      "lipschitz"};
 
 } // namespace
 

@@ -37,7 +37,7 @@ Tracer::Tracer(const Instants& instants, const scene::Sun& sun, RayCounts& count
       sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)),
       counts_(counts),
       terrain_(std::any_of(row_.bodies.begin(), row_.bodies.end(),
-                           [](const BodyState& body) { return body.detail_view() != nullptr; })) {}
+                           [](const BodyState& body) { return body.detail.cell_rad > 0; })) {}
 
 void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
                        HitPacket& hits, const Words& instant) {

@@ -19,8 +19,9 @@ void RowScheduler::end(Scratch& local) const {
         tiles_missed_.fetch_add(local.detail.missed, std::memory_order_relaxed);
         for (std::size_t k = 0; k < local.detail.coarser.size(); ++k)
             surface_coarser_[k].fetch_add(local.detail.coarser[k], std::memory_order_relaxed);
-        local.detail = {};
     }
+    if (local.detail.doubtful > 0) rays_doubtful_.fetch_add(local.detail.doubtful, std::memory_order_relaxed);
+    local.detail = {};
     if (local.filled > 0) pixels_filled_.fetch_add(local.filled, std::memory_order_relaxed);
     local.filled = 0;
     rays_done_.fetch_add(local.counts.rays, std::memory_order_relaxed);
@@ -32,6 +33,7 @@ RenderWork RowScheduler::work() const noexcept {
     RenderWork work = work_done_.read();
     work.rays = rays_done_.load(std::memory_order_relaxed);
     work.samples = samples_done_.load(std::memory_order_relaxed);
+    work.rays_doubtful = rays_doubtful_.load(std::memory_order_relaxed);
     work.surface_hits = surface_hits_.load(std::memory_order_relaxed);
     work.tiles_missed = tiles_missed_.load(std::memory_order_relaxed);
     work.pixels_filled = pixels_filled_.load(std::memory_order_relaxed);

@@ -74,6 +74,7 @@ private:
     mutable std::atomic<std::uint64_t> rays_done_{0};
     mutable std::atomic<std::uint64_t> samples_done_{0};
     mutable std::atomic<std::uint64_t> surface_hits_{0}, tiles_missed_{0}, pixels_filled_{0};
+    mutable std::atomic<std::uint64_t> rays_doubtful_{0};
     mutable std::array<std::atomic<std::uint64_t>, 4> surface_coarser_{};
     mutable WorkTotals work_done_;
 };

@@ -58,9 +58,11 @@ RowState& begin_row(const BuiltScene& built, double time_s, Scratch& s, RowSetUp
     set_lens(built, row.beta, s);
     set_row_state(built.scene, built.bodies, *s.lens, built.sample_reach_px(),
                   std::max(built.settings.samples_per_pixel, min_samples), time_s, row);
+    for (BodyState& body : row.bodies)
+        if (body.shape->counts_doubts()) body.detail.counts = &s.detail;
     if (!built.terrains.empty())
         for (BodyState& body : row.bodies) {
-            if (body.detail_view() == nullptr) continue;
+            if (!(body.detail.cell_rad > 0)) continue;
             body.detail.wait = built.settings.wait_for_tiles || s.waits;
             body.detail.version = body.shape->tiles()->version_of(s.frame);
             body.detail.counts = &s.detail;

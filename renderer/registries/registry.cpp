@@ -8,6 +8,7 @@
 #include "renderer/shapes/disc.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/mesh.hpp"
+#include "renderer/shapes/model_shape.hpp"
 #include "renderer/shapes/polygons.hpp"
 #include "renderer/shapes/procedural_body.hpp"
 
@@ -39,6 +40,7 @@ const std::vector<ShapeKind>& shape_kinds() {
         shape<BoxParameters>(),
         shape<DiscParameters>(),
         shape<ConeParameters>(),
+        shape<ModelShapeParameters>(),
     };
     // clang-format on
     return kinds;

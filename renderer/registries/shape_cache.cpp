@@ -3,6 +3,7 @@
 
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/registries/registry.hpp"
+#include "renderer/shapes/model_shape.hpp"
 
 #include <fmt/format.h>
 
@@ -62,6 +63,7 @@ std::string key_of(const scene::Shape& description, bool emits) {
     for (const scene::Parameter& parameter : kind.parameters(bound))
         add(parameter.key, key);
     add(kind.tables(bound), key);
+    if (const auto* const model = description.get_if<ModelShapeParameters>()) key += identity_of(*model);
     return key;
 }
 

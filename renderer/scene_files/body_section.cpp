@@ -11,6 +11,7 @@
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/model_shape.hpp"
 
 #include <fmt/format.h>
 
@@ -72,7 +73,7 @@ double* albedo_of(const ParameterList& parameters) {
     return found == parameters.end() ? nullptr : *std::get_if<double*>(&found->key.target);
 }
 
-constexpr std::string_view material_name = "material";
+constexpr std::string_view material_name = "material", shape_name = "shape";
 constexpr std::string_view normal_albedo_name = "normal_albedo";
 
 /// Key of every law that has an albedo.
@@ -99,6 +100,12 @@ const K* chosen(const config::Value& table, std::string_view key, const std::vec
     if (member == nullptr) return fallback;
     return member->value.kind == config::Value::Kind::string ? find_kind(kinds, member->value.string)
                                                              : nullptr;
+}
+
+/// Whether the value at `key` of `table` is the table of a model.
+bool is_model(const config::Value& table, std::string_view key) {
+    const config::Member* const member = table.find(key);
+    return member != nullptr && member->value.kind == config::Value::Kind::table;
 }
 
 /// Whether the section has a table or a list called `name`.
@@ -293,18 +300,17 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
     if (kernel_body)
         for (config::Key& key : section.keys)
             if (key.name == "shape") key = optional(key);
+    const bool own_shape = is_model(table, shape_name);
     const ShapeKind* shape =
-        chosen<ShapeKind>(table, "shape", shape_kinds(), kernel_body ? ellipsoid : nullptr);
+        own_shape ? find_kind(shape_kinds(), renderer::ModelShapeParameters::kind)
+                  : chosen<ShapeKind>(table, shape_name, shape_kinds(), kernel_body ? ellipsoid : nullptr);
     // The default of a mesh file is its own materials, but an albedo alone selects Lambert.
     const bool own = shape != nullptr && !shape->own_material.empty() && table.find("albedo") == nullptr;
-    const config::Member* const given = table.find(material_name);
-    const config::Value* const model =
-        given != nullptr && given->value.kind == config::Value::Kind::table ? &given->value : nullptr;
+    const bool own_law = is_model(table, material_name);
     const MaterialKind* material =
-        model != nullptr
-            ? find_kind(material_kinds(), renderer::ModelMaterialParameters::kind)
-            : chosen(table, material_name, material_kinds(),
-                     own ? find_kind(material_kinds(), shape->own_material) : &material_kinds().front());
+        own_law ? find_kind(material_kinds(), renderer::ModelMaterialParameters::kind)
+                : chosen(table, material_name, material_kinds(),
+                         own ? find_kind(material_kinds(), shape->own_material) : &material_kinds().front());
     if (shape == nullptr || material == nullptr) {
         // Without valid kinds the other keys are unknown: accept all.
         for (const config::Member& member : table.members)
@@ -313,9 +319,10 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         return section;
     }
     read->material = material->name;
-    if (model != nullptr) {
-        std::erase_if(section.keys, [](const config::Key& key) { return key.name == material_name; });
-        section.elsewhere.push_back(material_name);
+    for (const auto& [name, has_model] : {std::pair{shape_name, own_shape}, {material_name, own_law}}) {
+        if (!has_model) continue;
+        std::erase_if(section.keys, [&](const config::Key& key) { return key.name == name; });
+        section.elsewhere.push_back(name);
     }
     add_kinds(section, body, *read, *shape, *material, table);
     std::vector<Stranger> strangers = strangers_in(table, section, *shape, *material);
@@ -326,7 +333,8 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         for (const Stranger& stranger : strangers)
             mistakes.add(where.in(stranger.member->key), stranger.member->value.at, stranger.what);
     };
-    section.check = [&scene, index, read, curves, kernels, material](const config::ReadTable& t) {
+    section.check = [&scene, index, read, curves, kernels, shape, material](const config::ReadTable& t) {
+        if (shape->name == renderer::ModelShapeParameters::kind) read_shape_model(t, scene.bodies[index]);
         if (material->name == renderer::ModelMaterialParameters::kind)
             read_material_model(t, scene.bodies[index]);
         check_body(scene, index, *read, *kernels, t);

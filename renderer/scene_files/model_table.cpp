@@ -4,6 +4,7 @@
 #include "models/values/model_table.hpp"
 #include "renderer/materials/model_material.hpp"
 #include "renderer/scene_files/parameter_texture.hpp"
+#include "renderer/shapes/model_shape.hpp"
 
 #include <fmt/format.h>
 
@@ -43,6 +44,25 @@ struct TextureKeys {
 };
 
 } // namespace
+
+void read_shape_model(const config::ReadTable& table, Body& body) {
+    const config::Member* const member = table.table()->find("shape");
+    if (member == nullptr || member->value.kind != config::Value::Kind::table) {
+        table.refuse("shape", "a shape of your own has a table: write shape = { model = \"FILE.shp\" }");
+        return;
+    }
+    const config::Where where = table.where().in("shape");
+    (void)table.mistakes().collect([&] {
+        std::string file = models::model_file(member->value, where, "shape");
+        renderer::ModelShapeParameters p{models::defaults_of(models::load_model(file, "shape"))};
+        config::Keys keys = models::parameter_keys(p, &member->value);
+        for (config::Key& key : renderer::ellipsoid_keys(p))
+            keys.push_back(std::move(key));
+        keys.push_back(models::model_key(file));
+        (void)config::read_keys(member->value, where, keys, table.mistakes());
+        body.shape = std::move(p);
+    });
+}
 
 std::shared_ptr<const ModelTexture> read_texture_model(const config::ReadTable& table, std::string_view key) {
     const config::Member* const member = table.table()->find(key);

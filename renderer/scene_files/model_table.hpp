@@ -12,8 +12,11 @@
 namespace obscura::scene {
 
 /// The tables, by dotted path. All their strings name files.
-inline constexpr std::array<std::string_view, 5> model_table_paths{
-    "body.material", "camera.psf", "camera.vibration", "camera.projection", "camera.shutter"};
+inline constexpr std::array<std::string_view, 6> model_table_paths{
+    "body.material", "body.shape", "camera.psf", "camera.vibration", "camera.projection", "camera.shutter"};
+
+/// Reads `shape = { model = "FILE.shp", PARAMETER = VALUE }` of the table of a body into its shape.
+void read_shape_model(const config::ReadTable& table, Body& body);
 
 /// Reads `key = { model = "FILE.txr", tex = "IMAGE", PARAMETER = VALUE }` within `table`: textures are given
 /// by the names of images. Null: it is no table, or after mistakes.

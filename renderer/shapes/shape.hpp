@@ -74,6 +74,9 @@ public:
     /// Tiles that rays hold a SurfaceTiles::Pin of while they use a DetailView; null: none.
     [[nodiscard]] virtual const SurfaceTiles* tiles() const { return nullptr; }
 
+    /// Whether hits may be doubtful, so that rays have a DetailView that counts these.
+    [[nodiscard]] virtual bool counts_doubts() const { return false; }
+
     /// Lines on what was found when its files were read, for people.
     [[nodiscard]] virtual std::vector<std::string> notes() const { return {}; }
     /// Lines on what is probably wrong in them.

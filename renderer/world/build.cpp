@@ -12,6 +12,7 @@
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/model_shape.hpp"
 #include "renderer/world/kinematics.hpp"
 #include "renderer/world/motion.hpp"
 #include "renderer/world/own_light.hpp"
@@ -121,6 +122,8 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
     const std::vector<std::int32_t> parents = scene::parents_of(scene);
     std::vector<BuiltBody> built;
     std::vector<WantedShape> wanted;
+    std::vector<scene::Shape> shapes_with_globals;
+    shapes_with_globals.reserve(scene.bodies.size()); // `wanted` points at them
     std::vector<scene::Material> laws;
     std::vector<OwnLight> lights;
     for (const scene::Body& body : scene.bodies)
@@ -132,7 +135,10 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
             }
             (void)make_material(law, name_of(body));
             lights.push_back(own_light(body, law, scene.bands.size()));
-            wanted.push_back({&body.shape, is_area_light(lights.back())});
+            scene::Shape& shape = shapes_with_globals.emplace_back(body.shape);
+            if (auto* const model = shape.get_if<ModelShapeParameters>())
+                models::apply_globals(scene.globals, *model);
+            wanted.push_back({&shape, is_area_light(lights.back())});
         });
     if (cache != nullptr) cache->begin_scene(wanted);
     std::uint32_t materials = 1;
@@ -141,7 +147,8 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache
         scene::at_position(body.position, [&] {
             shapes.place = name_of(body);
             shapes.emits = is_area_light(lights[i]);
-            auto shape = cache != nullptr ? cache->get(body.shape, shapes) : make_shape(body.shape, shapes);
+            const scene::Shape& described = shapes_with_globals[i];
+            auto shape = cache != nullptr ? cache->get(described, shapes) : make_shape(described, shapes);
             scene::Material material_at_mean = laws[i];
             auto textures = texture_maker.make(body, *shape, lights[i], material_at_mean);
             check_model_material(scene, body, material_at_mean, name_of(body));

@@ -7,6 +7,7 @@
 #include "renderer/camera/model_projection.hpp"
 #include "renderer/camera/model_psf.hpp"
 #include "renderer/materials/model_material.hpp"
+#include "renderer/shapes/model_shape.hpp"
 
 #include <fmt/format.h>
 
@@ -31,6 +32,7 @@ std::vector<const models::ModelValues*> models_of(const scene::Scene& scene) {
     };
     for (const scene::Body& body : scene.bodies) {
         add(body.material.get_if<ModelMaterialParameters>());
+        add(body.shape.get_if<ModelShapeParameters>());
         add(body.textures.albedo_model.get());
         add(body.textures.emission_model.get());
         for (const scene::Textures::Parameter& map : body.textures.parameters)
@@ -60,7 +62,7 @@ std::vector<std::string> model_warnings(const scene::Scene& scene) {
         if (std::none_of(models.begin(), models.end(),
                          [&](const models::ModelValues* model) { return has_global(*model, global.name); }))
             lines.push_back(fmt::format(
-                "global \"{}\": no material or texture of the scene has it, so that it has no effect",
+                "global \"{}\": no material, texture or shape of the scene has it, so that it has no effect",
                 global.name));
     for (std::string& line : model_projection_warnings(scene.camera))
         lines.push_back(std::move(line));

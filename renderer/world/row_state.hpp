@@ -73,7 +73,7 @@ struct BodyState {
     /// Radiance of the surface whose normal is half way between Sun and camera, per irradiance of the Sun at
     /// 1 au, 1/sr: the reference level of the error. 0 for the Sun.
     double reference_radiance = 0;
-    DetailView detail;     ///< of terrain; else its cells are 0
+    DetailView detail;     ///< of terrain; else its cells are 0, and it may have counts
     bool large = false;    ///< larger than large_radius_px: few limb pixels
     bool small = false;    ///< not targeted, at most small_radius_px: complete at every QualityLevel
     bool targeted = false; ///< sub-pixel: its directions are sampled, then splatted
@@ -95,7 +95,9 @@ struct BodyState {
         return transposed(from_camera) * (seen.moves() ? untilted(from_camera_m, beta) : from_camera_m);
     }
     /// For rays in the frame of this body; null: it is no terrain.
-    [[nodiscard]] const DetailView* detail_view() const { return detail.cell_rad > 0 ? &detail : nullptr; }
+    [[nodiscard]] const DetailView* detail_view() const {
+        return detail.cell_rad > 0 || detail.counts != nullptr ? &detail : nullptr;
+    }
     /// Whether the light of a hit on `primitive` along `towards` (unit, camera frame) is splatted, core and
     /// wings; else it is sampled by pixels.
     [[nodiscard]] bool splatted(Vec3 towards, std::uint32_t primitive) const {

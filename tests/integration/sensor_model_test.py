@@ -190,9 +190,10 @@ check("the effective configuration has it", status == 0 and line == f'model = {{
 status, again, error = call("--config", "printed.toml", "--print-config", program=obscurad)
 check("and is read back", again.splitlines()[1:] == printed.splitlines()[1:], error)
 
-(folder / "daemon").mkdir()
-(folder / "daemon/noisy.sns").write_text(noisy)
-daemon = SmallDaemon(folder / "daemon", obscurad, pathlib.Path(__file__).resolve().parents[2], tables='[sensor]\nmodel = { model = "noisy.sns", gain = 1.5 }\n[daemon]\nrun = 3\n')
+daemon_folder = folder / "daemon"
+daemon_folder.mkdir()
+(daemon_folder / "noisy.sns").write_text(noisy)
+daemon = SmallDaemon(daemon_folder, obscurad, pathlib.Path(__file__).resolve().parents[2], tables='[sensor]\nmodel = { model = "noisy.sns", gain = 1.5 }\n[daemon]\nrun = 3\n')
 process = daemon.start()
 deadline = time.monotonic() + 60
 while not (folder / "daemon/frames/frame_000004.raw").exists() and time.monotonic() < deadline:

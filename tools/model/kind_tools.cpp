@@ -13,6 +13,7 @@
 #include "tools/model/projection_tools.hpp"
 #include "tools/model/psf_tools.hpp"
 #include "tools/model/sensor_tools.hpp"
+#include "tools/model/shape_tools.hpp"
 #include "tools/model/texture_tools.hpp"
 #include "tools/model/timing_tools.hpp"
 
@@ -31,7 +32,7 @@ ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
 const std::vector<const KindTools*>& kind_tools() {
     static const std::vector<const KindTools*> tools{&material_tools(), &motion_tools(),     &texture_tools(),
                                                      &psf_tools(),      &projection_tools(), &sensor_tools(),
-                                                     &timing_tools()};
+                                                     &shape_tools(),    &timing_tools()};
     return tools;
 }
 

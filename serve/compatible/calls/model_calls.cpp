@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that create models by name: BRDFs and shapes. Scattering laws are files that a client has sent or
-// that lie in the resource path; built-in ones stand for the others of the published program, which are not
-// public.
+// Commands that create models by name: BRDFs and shapes. They are files that a client has sent or that lie in
+// the resource path; built-in ones stand for those of the published program, which are not public.
 #include "core/text/printable.hpp"
 #include "renderer/scene/model_texture.hpp"
 #include "serve/compatible/handlers.hpp"
@@ -56,6 +55,18 @@ json reflection_of(Request& r, const std::string& name, Parameters& parameters) 
         "files that end in .brdf, and mate.brdf, hapke.brdf, oren_nayar.brdf, phong.brdf, mirror.brdf, raw.brdf, sun.brdf");
 }
 
+/// A surface of a file; heights are over the ellipsoid of the parameter radii_m.
+Model shape_of_file(Request& r, const std::filesystem::path& file, Parameters& parameters) {
+    json table = table_of_model(r, file, "shape", "a shape in SuMoL", parameters);
+    std::vector<double> radii_m;
+    if (const Value* const value = parameters.value("radii_m"); value != nullptr) {
+        if (!to_numbers(*value, radii_m) || radii_m.size() != 3)
+            throw r.arguments.refused("parameters", "radii_m", "3 numbers");
+        table["radii_m"] = radii_m;
+    }
+    return {{{"shape", std::move(table)}}};
+}
+
 Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
     constexpr double least = 1e-6, most = 1e12;
     if (name == "sphere") {
@@ -79,9 +90,8 @@ Model shape_of(Request& r, const std::string& name, Parameters& parameters) {
         return {{{"shape", "ellipsoid"}, {"radii_m", {x, y, z}}}, std::cbrt(x * y * z)};
     }
     throw r.arguments.refused(
-        "filename",
-        fmt::format("\"{}\" is no built-in model, and model files are not read", printable(name, 60)),
-        "sphere.shp, spheroid.shp, ellipsoid.shp");
+        "filename", fmt::format("\"{}\" is neither a file nor a built-in model", printable(name, 60)),
+        "files that end in .shp, and sphere.shp, spheroid.shp, ellipsoid.shp");
 }
 
 } // namespace
@@ -113,7 +123,10 @@ void add_model_calls(Handlers& handlers) {
     };
     handlers["createShape"] = [](Request& r) {
         Parameters parameters(r, "radius");
-        Model model = shape_of(r, model_name(r.arguments.text("filename")), parameters);
+        const std::string& filename = r.arguments.text("filename");
+        const auto file = r.client_state.files.find(filename);
+        Model model =
+            file ? shape_of_file(r, *file, parameters) : shape_of(r, model_name(filename), parameters);
         parameters.check_rest();
         put(r.client_state.shapes, r.arguments, "name", std::move(model));
     };

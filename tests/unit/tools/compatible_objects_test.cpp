@@ -142,6 +142,41 @@ TEST_CASE("built-in models are known by their file names, others are refused", "
                   "createMesh: ");
 }
 
+TEST_CASE("a shape in SuMoL is used as it is, with its parameters", "[serve]") {
+    const auto picture = [](const char* file, const Fields& parameters) {
+        Client client;
+        std::ofstream(client.folder.path() / "own.shp")
+            << "parameter size 1; //! m, 1..1e6, Radius\nscalar bound_radius() { return 1.2 * size; }\n"
+               "scalar outside(vec3 p) { return length(p) - size; }\n";
+        std::ofstream(client.folder.path() / "hills.shp")
+            << "parameter more 0;\nscalar height(scalar longitude, scalar latitude) { return more; }\n";
+        client.sun(6.957e8, {0, 0, au_m}, pi * au_m * au_m);
+        client.call("createBRDF", {{"name", "law"}, {"filename", "mate.brdf"}, {"parameters", 0.25}});
+        client.call("createShape", {{"name", "ball"}, {"filename", file}, {"parameters", parameters}});
+        client.call("createBody",
+                    {{"body_name", "b"}, {"shape_name", "ball"}, {"brdf_name", "law"}, {"textures", List{}}});
+        client.place("b", {0, 0, -1e5});
+        client.size(64, 64);
+        client.fov_deg(2, 2);
+        client.call("render");
+        return client.numbers("getImageGray32F");
+    };
+    const std::vector<float> built_in = picture("sphere.shp", Fields{{"radius", 1e3}});
+    const std::vector<float> own = picture("own.shp", Fields{{"size", 1e3}});
+    const std::vector<float> hills =
+        picture("hills.shp", Fields{{"radii_m", List{900.0, 900.0, 900.0}}, {"more", 100.0}});
+    REQUIRE(own.size() == built_in.size());
+    CHECK(*std::max_element(own.begin(), own.end()) > 0);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        CHECK(std::abs(own[i] - built_in[i]) <= 1e-6F * built_in[32 * 64 + 32]);
+        CHECK(std::abs(hills[i] - built_in[i]) <= 1e-6F * built_in[32 * 64 + 32]);
+    }
+    Client client;
+    std::ofstream(client.folder.path() / "bad.shp") << "scalar outside(vec3 p) { return q; }";
+    client.refuse("createShape", {{"name", "s"}, {"filename", "bad.shp"}, {"parameters", Fields{}}},
+                  "'q' is not declared");
+}
+
 TEST_CASE("a scattering law in SuMoL is used as it is, with its parameters", "[serve]") {
     const auto picture = [](const char* file, const Fields& parameters) {
         Client client;

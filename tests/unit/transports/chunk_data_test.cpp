@@ -49,7 +49,8 @@ void fill_quality(FrameQuality& q, Numbers& numbers) {
     numbers.fill(q.reasons, q.error_rms, q.error_worst_group, q.error_goal, q.noise_ratio_p95,
                  q.unknown_share, q.samples_mean, q.samples_median, q.samples_min, q.bounces, q.bounces_asked,
                  q.instants, q.rows_degraded, q.rows_reprojected, q.rows_repeated, q.budget_us, q.spent_us,
-                 q.group_rows, q.groups, q.lod_deficit_share, q.lod_deficit_worst, q.tiles_missing);
+                 q.group_rows, q.groups, q.lod_deficit_share, q.lod_deficit_worst, q.tiles_missing,
+                 q.rays_doubtful);
     q.margin_us = -1500;
     for (float& share : q.level_share)
         numbers.fill(share);

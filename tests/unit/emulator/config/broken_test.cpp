@@ -755,7 +755,7 @@ intensity_w_sr = [1]
     {R"([[body]]
 shape = "cube"
 )",
-     R"(s.toml:2:9: body[0].shape: "cube" is not known, allowed ellipsoid, mesh, planet, terrain, procedural, polygons, box, disc, cone)"},
+     R"(s.toml:2:9: body[0].shape: "cube" is not known, allowed ellipsoid, mesh, planet, terrain, procedural, polygons, box, disc, cone, model)"},
     {R"([[body]]
 shape = "ellipsoid"
 albedo = 0.5
