@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -210,6 +211,17 @@ private:
     const Where& where_;
 };
 
+constexpr std::array<std::string_view, 3> provenance_keys{"value", "provenance", "source"};
+
+/// Whether a table is a value with its provenance, and not a table of its own that may have such keys, too.
+bool has_provenance(const Value& table) {
+    return table.find("value") != nullptr &&
+           std::all_of(table.members.begin(), table.members.end(), [](const Member& member) {
+               return std::find(provenance_keys.begin(), provenance_keys.end(), member.key) !=
+                      provenance_keys.end();
+           });
+}
+
 /// The value inside { value = ..., provenance = "...", source = "..." }, or `value` itself.
 const Value& unwrapped(const Value& value, const Where& where) {
     if (value.kind != Value::Kind::table) return value;
@@ -217,7 +229,7 @@ const Value& unwrapped(const Value& value, const Where& where) {
         if (member.key == "value") continue;
         if (member.key != "provenance" && member.key != "source")
             fail(where.in(member.key), member.at,
-                 "unknown key, " + suggestion(member.key, {"value", "provenance", "source"}));
+                 "unknown key, " + suggestion(member.key, {provenance_keys.begin(), provenance_keys.end()}));
         if (member.value.kind != Value::Kind::string)
             fail(where.in(member.key), member.value.at,
                  fmt::format("is {}, allowed a string", kind_name(member.value.kind)));
@@ -272,9 +284,8 @@ Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistak
             std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == member.key; });
         if (key != keys.end()) {
             mistakes.collect([&] {
-                // A table of its own has no key "value".
                 const bool own = key->allows_table() && member.value.kind == Value::Kind::table &&
-                                 member.value.find("value") == nullptr;
+                                 !has_provenance(member.value);
                 const Value& value = annotated && !own ? unwrapped(member.value, here) : member.value;
                 if (!(key->allows_table() && value.kind == Value::Kind::table))
                     std::visit(Reader(*key, value, here), key->target);

@@ -93,8 +93,9 @@ std::string explain_invalid_model(const SensorDescription& d) {
         return fmt::format(
             "{}: collect() stands in place of full well and non-linearity: set nonlinearity_1 to nonlinearity_4 to 0",
             program.model().name());
-    if (const std::string why = refusal_by(report_on(program, conditions_of(d))); !why.empty()) {
-        const models::Place at = program.at(SensorStage::light);
+    const auto report = report_on(program, conditions_of(d));
+    if (const std::string why = refusal_by(report); !why.empty()) {
+        const models::Place at = place_of(program, report);
         return fmt::format("{}:{}:{}: {}", program.model().name(), at.line, at.column, why);
     }
     return {};

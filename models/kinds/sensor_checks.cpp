@@ -61,7 +61,7 @@ std::string_view unit_of(SensorStage stage) {
     return stage == SensorStage::convert ? "DN" : "e-";
 }
 
-std::string place_of(const SensorValue& v, SensorStage stage) {
+std::string input_text(const SensorValue& v, SensorStage stage) {
     return fmt::format("for {:.6g} {} in pixel ({}, {})", v.input, unit_of(stage), v.x, v.y);
 }
 
@@ -93,11 +93,19 @@ std::vector<SensorStageReport> report_on(const SensorProgram& sensor, const Sens
     return reports;
 }
 
+Place place_of(const SensorProgram& sensor, const std::vector<SensorStageReport>& report) {
+    for (const SensorStageReport& r : report)
+        if (r.not_finite) return sensor.at(r.stage);
+    for (const SensorStageReport& r : report)
+        if (r.negative || r.gain || r.fall) return sensor.at(r.stage);
+    return sensor.at(SensorStage::light);
+}
+
 std::string refusal_by(const std::vector<SensorStageReport>& report) {
     for (const SensorStageReport& r : report)
         if (r.not_finite)
             return fmt::format("{}() is not finite {}", SensorProgram::name_of(r.stage),
-                               place_of(*r.not_finite, r.stage));
+                               input_text(*r.not_finite, r.stage));
     return {};
 }
 
@@ -107,13 +115,13 @@ std::vector<std::string> warnings_by(const std::vector<SensorStageReport>& repor
         const std::string_view name = SensorProgram::name_of(r.stage), unit = unit_of(r.stage);
         if (r.negative)
             lines.push_back(fmt::format("{}() is negative {}: {:.4g} {}, which counts as 0", name,
-                                        place_of(*r.negative, r.stage), r.negative->result, unit));
+                                        input_text(*r.negative, r.stage), r.negative->result, unit));
         if (r.gain)
             lines.push_back(fmt::format("{}() gives more charge than comes in {}: {:.6g} {}", name,
-                                        place_of(*r.gain, r.stage), r.gain->result, unit));
+                                        input_text(*r.gain, r.stage), r.gain->result, unit));
         if (r.fall)
             lines.push_back(fmt::format("{}() falls from {:.6g} to {:.6g} {} {}", name, r.before,
-                                        r.fall->result, unit, place_of(*r.fall, r.stage)));
+                                        r.fall->result, unit, input_text(*r.fall, r.stage)));
     }
     return lines;
 }

@@ -43,6 +43,8 @@ struct SensorStageReport {
 [[nodiscard]] std::vector<SensorStageReport> report_on(const SensorProgram& sensor,
                                                        const SensorConditions& conditions);
 
+/// Place in the text of the function that a refusal, else a warning, speaks of first.
+[[nodiscard]] Place place_of(const SensorProgram& sensor, const std::vector<SensorStageReport>& report);
 /// Why the model cannot be used; empty: it can.
 [[nodiscard]] std::string refusal_by(const std::vector<SensorStageReport>& report);
 /// What a user should know, a line each, without a full stop.

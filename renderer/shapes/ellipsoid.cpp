@@ -54,7 +54,7 @@ void distances(const RayPacket& rays, Vec3 inverse_radii, double slack, Doubles&
         const bool on = (c <= 0) & (c >= -slack);
         const double beyond = on ? tiny : far;
         const double t = near > 0 ? near : beyond;
-        distance[i] = (discriminant > 0) & (t > 0) & !(on & (b <= 0)) ? t : no_hit;
+        distance[i] = ((discriminant > 0) & (t > 0) & !(on & (b <= 0))) ? t : no_hit;
     }
 }
 

@@ -46,7 +46,7 @@ bool cross_triangle(const TriangleList::Triangle& triangle, const RayPacket& ray
         // An infinite limit times a scale of 0 is NaN, which lets no ray pass.
         const bool inside = (first >= slack) & (second >= slack) & (scale - first - second >= slack);
         const bool near = (distance > 0) & (distance < limit.v[i] * scale);
-        met.on[i] = inside & near ? rays.active.on[i] : 0;
+        met.on[i] = (inside & near) ? rays.active.on[i] : 0;
     }
     return met.any();
 }
@@ -68,7 +68,7 @@ bool any_near(const RayPacket& rays, Vec3 centre, double radius2) {
         const double lz = z - along * dz;
         const bool passes = lx * lx + ly * ly + lz * lz <= radius2;
         const bool ahead = (along > 0) | (x * x + y * y + z * z <= radius2);
-        near.on[i] = passes & ahead ? rays.active.on[i] : 0;
+        near.on[i] = (passes & ahead) ? rays.active.on[i] : 0;
     }
     return near.any();
 }

@@ -77,7 +77,7 @@ ModelVerdict sensor_check(const models::ModelValues& p) {
     const SensorProgram sensor = sensor_of(p);
     const models::SensorConditions conditions;
     const auto report = report_on(sensor, conditions);
-    return {sensor.at(SensorStage::light), refusal_by(report), warnings_by(report),
+    return {place_of(sensor, report), refusal_by(report), warnings_by(report),
             fmt::format("{} operations a pixel, up to {:g} full wells of {:g} e-", sensor_cost(p).operations,
                         models::checked_wells, conditions.full_well_e)};
 }

@@ -252,14 +252,14 @@ TEST_CASE("a printed key may stand as a table, also where values have their prov
     section.keys = {key("label", &word).or_table([&table] { return table; }).help("Label of the chip")};
     section.check = [&table](const config::ReadTable& read) {
         const config::Member* const member = read.table()->find("label");
-        if (member != nullptr && member->value.find("value") != nullptr) table = "{ value = 3 }";
+        if (member != nullptr && member->value.find("model") != nullptr) table = "{ model = 1, value = 3 }";
     };
-    const config::Value root = config::parse_text("[chip]\nlabel = { value = 3 }\n", "chips");
+    const config::Value root = config::parse_text("[chip]\nlabel = { model = 1, value = 3 }\n", "chips");
     config::Mistakes mistakes;
     read_member(root, {"chips", ""}, section, mistakes);
     mistakes.throw_if_any();
     CHECK(word.empty());
-    CHECK(print_section(section, "").find("\nlabel = { value = 3 }\n") != std::string::npos);
+    CHECK(print_section(section, "").find("\nlabel = { model = 1, value = 3 }\n") != std::string::npos);
     table.clear();
     CHECK(print_section(section, "").find("\nlabel = \"\"\n") != std::string::npos);
 }

@@ -205,7 +205,7 @@ TEST_CASE("of a body whose kind is not known only the common keys are judged") {
           "s.toml:2:9: body[0].shape: \"cube\" is not known, allowed ellipsoid, mesh, planet, terrain, "
           "procedural, "
           "polygons, "
-          "box, disc, cone\n"
+          "box, disc, cone, model\n"
           "s.toml:4:23: body[0].spin_rate_deg_per_s: 1000000000 is out of range, allowed -36000 to 36000 "
           "deg/s");
 }

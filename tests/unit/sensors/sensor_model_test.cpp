@@ -319,6 +319,13 @@ TEST_CASE("models that are not finite, or bend a sensor twice, are refused; odd 
     CHECK(refusal(with_model(
               "scalar collect(scalar charge, scalar x, scalar y) { return log(1e5 - charge); }")) ==
           "pixel.sns:1:8: collect() is not finite for 100065 e- in pixel (0, 0)");
+    const std::string root = "scalar light(scalar mean, scalar x, scalar y) { return mean; }\n"
+                             "scalar convert(scalar signal, scalar x, scalar y) { return sqrt(signal); }";
+    CHECK(refusal(with_model(root)).empty());
+    SensorDescription black = plain();
+    black.detector.offset_dn = 0;
+    CHECK(refusal(with_model(root, black)) ==
+          "pixel.sns:2:8: convert() is not finite for -30 DN in pixel (0, 0)");
     SensorDescription bent = with_model(lin_log);
     bent.detector.nonlinearity[1] = 0.01;
     CHECK(
