@@ -144,7 +144,7 @@ TEST_CASE("broken scenes: exit 78") {
     check_scene(
         "[[body]]\nshape = \"sphere\"\nalbedo = 0.5\n",
         "s.toml:2:9: body[0].shape: \"sphere\" is not known, allowed ellipsoid, mesh, planet, terrain, "
-        "procedural, polygons, box, disc, cone");
+        "procedural, polygons, box, disc, cone, model");
     check_scene("[[body]]\nshape = \"mesh\"\nfile = \"n.obj\"\nalbedo = 0.5\n",
                 "s.toml:3:8: body[0].file: n.obj: no such file");
     check_scene("[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, -1, 1]\nalbedo = 0.5\n",

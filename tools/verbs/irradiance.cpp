@@ -158,9 +158,10 @@ private:
 
     void print(double time_s, const ReceivedLight& light) const {
         if (json_) return print_json(time_s, light);
+        const std::size_t bands = light.bodies.empty() ? 0 : light.bodies.front().bands;
         fmt::print(
-            "t = {:g} s; light of {} bands, {:.1f} % of the Sun's power{}; {} reflections, {:.3g} million rays\n",
-            time_s, light.bodies.empty() ? 0 : light.bodies.front().bands, 100 * light.solar_share,
+            "t = {:g} s; light of {} band{}, {:.1f} % of the Sun's power{}; {} reflections, {:.3g} million rays\n",
+            time_s, bands, bands == 1 ? "" : "s", 100 * light.solar_share,
             settings_.whole_spectrum ? ", the rest divided among them" : "", light.bounces,
             static_cast<double>(light.rays) / 1e6);
         fmt::print("\n{:<18} {:>9} {:>11}", "body", "patches", "area m2");
