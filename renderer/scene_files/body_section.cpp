@@ -321,7 +321,7 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
     read->material = material->name;
     for (const auto& [name, has_model] : {std::pair{shape_name, own_shape}, {material_name, own_law}}) {
         if (!has_model) continue;
-        std::erase_if(section.keys, [&](const config::Key& key) { return key.name == name; });
+        std::erase_if(section.keys, [&own = name](const config::Key& key) { return key.name == own; });
         section.elsewhere.push_back(name);
     }
     add_kinds(section, body, *read, *shape, *material, table);

@@ -90,7 +90,8 @@ void add_unused_calls(Handlers& handlers) {
         service::compatible::Fields all = *given;
         if (const auto* const before = r.client_state.remembered.find("global variables"))
             for (const auto& [name, value] : *before->as<service::compatible::Fields>())
-                if (std::none_of(given->begin(), given->end(), [&](const auto& g) { return g.name == name; }))
+                if (std::none_of(given->begin(), given->end(),
+                                 [&own = name](const auto& g) { return g.name == own; }))
                     all.push_back({name, value});
         for (const auto& [name, value] : *given) {
             std::vector<double> numbers(1);
