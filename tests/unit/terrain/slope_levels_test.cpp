@@ -73,8 +73,8 @@ std::array<double, 2> slopes(const RasterLayer& layer, int level, double x0, dou
                     if (p.x < x0 || p.x > x1 || std::abs(p.y) > 400) continue;
                     // As kept_squared_slope() weighs the vertices of a cell.
                     for (const auto& [u, v] : {std::pair{1, 0}, std::pair{0, 1}}) {
-                        const auto slope = [&](int column, int row) {
-                            return (tile.at(column + u, row + v) - tile.at(column - u, row - v)) /
+                        const auto slope = [&, du = u, dv = v](int column, int row) {
+                            return (tile.at(column + du, row + dv) - tile.at(column - du, row - dv)) /
                                    (2 * tile.spacing_m);
                         };
                         const double s = slope(a, b);

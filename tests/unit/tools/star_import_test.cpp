@@ -312,10 +312,10 @@ TEST_CASE("stars of kstars have the luminosity class of their published spectra"
                                       {"eps Vir, G8III", 195.54417, 10.95917, giant},
                                       {"Betelgeuse, M1-2Ia-Iab", 88.79296, 7.40706, supergiant},
                                       {"Antares, M1.5Iab-b", 247.35192, -26.43200, supergiant}}) {
-        const auto nearest =
-            std::min_element(read.stars.begin(), read.stars.end(), [&](const auto& a, const auto& b) {
-                return distance_as(a, ra_deg, dec_deg) < distance_as(b, ra_deg, dec_deg);
-            });
+        const auto nearest = std::min_element(read.stars.begin(), read.stars.end(),
+                                              [&, ra = ra_deg, dec = dec_deg](const auto& a, const auto& b) {
+                                                  return distance_as(a, ra, dec) < distance_as(b, ra, dec);
+                                              });
         INFO(name << ", V " << nearest->magnitude_v);
         CHECK(distance_as(*nearest, ra_deg, dec_deg) < 2);
         CHECK(nearest->luminosity == luminosity);

@@ -85,7 +85,7 @@ struct Bench {
                          return std::make_unique<compatible::Connection>(std::move(socket), door, host,
                                                                          memory, std::move(wake));
                      },
-                     compatible::line_packet("[error] full").start});
+                     {.refusal = compatible::line_packet("[error] full").start}});
         server_.start(std::move(server));
     }
     [[nodiscard]] std::string path() const { return server_.path(); }
