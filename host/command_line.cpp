@@ -2,6 +2,7 @@
 // Command-line parsing on CLI11; the only translation unit that includes it.
 #include "host/command_line.hpp"
 
+#include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 
 #include <CLI/CLI.hpp>
@@ -227,6 +228,14 @@ std::string CommandLine::help(std::string_view verb) const {
         "Each error is\n"
         "one line on standard error.\n";
     return out;
+}
+
+void require_ending(std::string_view option, const std::filesystem::path& file,
+                    const std::vector<std::string_view>& endings) {
+    const std::string ending = file.extension().string();
+    if (std::find(endings.begin(), endings.end(), ending) == endings.end())
+        throw UsageError(fmt::format("{} {}: the ending of its name: {}", option, printable(file.string()),
+                                     allowed_words(ending, endings)));
 }
 
 void parse_size(std::string_view text, std::int32_t& width, std::int32_t& height) {

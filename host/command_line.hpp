@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -57,6 +58,11 @@ struct CommandLine {
     /// Text of --help.
     [[nodiscard]] std::string help(std::string_view verb) const;
 };
+
+/// Throws UsageError unless the name of `file` ends in one of `endings`, such as ".png". `option`:
+/// "--output", as it stands in the message.
+void require_ending(std::string_view option, const std::filesystem::path& file,
+                    const std::vector<std::string_view>& endings);
 
 /// Parses "WxH" as two positive numbers. Throws UsageError.
 void parse_size(std::string_view text, std::int32_t& width, std::int32_t& height);

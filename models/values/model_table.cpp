@@ -36,22 +36,34 @@ std::string model_file(const config::Value& table, const config::Where& where, s
     return config::file_of_key(value, where.in(model_name), file, shipped);
 }
 
-std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
-                                      std::string_view kind) {
+bool read_model_table(
+    const config::ReadTable& table, std::string_view key, std::string_view kind,
+    const std::function<void(const config::Member&, const config::Where&, std::string&)>& read) {
     const config::Member* const member = table.table() == nullptr ? nullptr : table.table()->find(key);
-    if (member == nullptr || member->value.kind != config::Value::Kind::table) return {};
-    // A word with its provenance.
-    if (member->value.find("value") != nullptr && member->value.find(model_name) == nullptr) return {};
+    if (member == nullptr || member->value.kind != config::Value::Kind::table) return false;
     const config::Where where = table.where().in(key);
-    std::optional<ModelValues> read;
     (void)table.mistakes().collect([&] {
         std::string file = model_file(member->value, where, kind);
-        ModelValues p = defaults_of(load_model(file, kind));
-        config::Keys keys = parameter_keys(p, &member->value);
-        keys.push_back(model_key(file));
-        (void)config::read_keys(member->value, where, keys, table.mistakes());
-        read = std::move(p);
+        read(*member, where, file);
     });
+    return true;
+}
+
+std::optional<ModelValues> read_model(const config::ReadTable& table, std::string_view key,
+                                      std::string_view kind) {
+    const config::Member* const given = table.table() == nullptr ? nullptr : table.table()->find(key);
+    // A word with its provenance.
+    if (given != nullptr && given->value.find("value") != nullptr && given->value.find(model_name) == nullptr)
+        return {};
+    std::optional<ModelValues> read;
+    (void)read_model_table(table, key, kind,
+                           [&](const config::Member& member, const config::Where& where, std::string& file) {
+                               ModelValues p = defaults_of(load_model(file, kind));
+                               config::Keys keys = parameter_keys(p, &member.value);
+                               keys.push_back(model_key(file));
+                               (void)config::read_keys(member.value, where, keys, table.mistakes());
+                               read = std::move(p);
+                           });
     return read;
 }
 

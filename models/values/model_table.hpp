@@ -5,6 +5,7 @@
 #include "config/section.hpp"
 #include "models/values/model_values.hpp"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +18,13 @@ namespace obscura::models {
 /// ConfigError.
 [[nodiscard]] std::string model_file(const config::Value& table, const config::Where& where,
                                      std::string_view kind);
+
+/// Calls `read(member, where, file)` with the table that `key` has within `table`, its place and the file of
+/// the model of the kind called `kind` that it names; what it throws is a mistake of the table. False: the
+/// key has no table.
+bool read_model_table(
+    const config::ReadTable& table, std::string_view key, std::string_view kind,
+    const std::function<void(const config::Member&, const config::Where&, std::string&)>& read);
 
 /// Reads the table `key = { model = "FILE", PARAMETER = VALUE }` within `table` as a model of the kind called
 /// `kind`; nothing where the key is no table, or after mistakes.

@@ -62,13 +62,12 @@ void Balance::set_sources() {
         const PatchBody& body = scene_.bodies[i];
         const DirectIrradiance& direct = direct_[i];
         const std::size_t patches = body.receivers->patches().size();
-        const std::size_t channels = direct.sun_share.size() / std::max<std::size_t>(patches, 1);
         for_patches(patches, [&](std::size_t patch) {
             for (std::size_t b = 0; b < bands_; ++b) {
                 double m = std::numbers::pi * body.emission_of(patch, b, bands_);
                 if (!body.table->mirror()) {
                     const double factor = body.factor_of(patch, b, bands_);
-                    const double share = direct.sun_share[patch * channels + (channels > 1 ? b : 0)];
+                    const double share = direct.reflected_share(patch, b);
                     m += direct.sun[patch] * share * factor * sun_w_m2_[b];
                     if (!direct.lamps.empty()) m += direct.lamps_reflected[patch * bands_ + b];
                     m += factor * body.table->diffuse(b) * caustic_w_m2(i, patch, b);
@@ -90,14 +89,13 @@ void Balance::correct_far(std::size_t i) {
         std::vector<double> sum(bands_);
         for (std::size_t k = 0; k < exchange.far_directions; ++k) {
             if (hits[k].patch == PatchHit::none) continue;
-            const auto other = std::find_if(scene_.bodies.rbegin(), scene_.bodies.rend(),
-                                            [&](const PatchBody& b) { return hits[k].patch >= b.first; });
-            const std::size_t place = static_cast<std::size_t>(scene_.bodies.rend() - other) - 1;
-            const std::size_t from = hits[k].patch - other->first;
+            const std::size_t place = scene_.body_of(hits[k].patch);
+            const PatchBody& other = scene_.bodies[place];
+            const std::size_t from = hits[k].patch - other.first;
             const DirectIrradiance& lit = direct_[place];
-            if (other->table->mirror() || !(lit.sun[from] > 0)) continue;
-            const BodyState& there = rays_.state(*other);
-            const Patch& source = other->receivers->patches()[from];
+            if (other.table->mirror() || !(lit.sun[from] > 0)) continue;
+            const BodyState& there = rays_.state(other);
+            const Patch& source = other.receivers->patches()[from];
             const Vec3 eye = relative_rotation(here, there) * at + relative_origin(here, there, 0);
             const Vec3 out = normalized(eye - source.centre_m),
                        in = normalized(there.sun_m - source.centre_m);
@@ -113,11 +111,10 @@ void Balance::correct_far(std::size_t i) {
                 there.material->reflectances(s, r);
             else
                 there.material->reflectance(s, r.v[0]);
-            const std::size_t channels = lit.sun_share.size() / other->receivers->patches().size();
             for (std::size_t b = 0; b < bands_; ++b) {
                 const double law = std::numbers::pi * r.v[spectral ? b : 0][0] / cos_in;
-                const double share = lit.sun_share[from * channels + (channels > 1 ? b : 0)];
-                sum[b] += hits[k].weight * lit.sun[from] * sun_w_m2_[b] * other->factor_of(from, b, bands_) *
+                const double share = lit.reflected_share(from, b);
+                sum[b] += hits[k].weight * lit.sun[from] * sun_w_m2_[b] * other.factor_of(from, b, bands_) *
                           (law - share);
             }
         }
@@ -217,11 +214,10 @@ Push Balance::exchanged_push(std::size_t i, std::uint64_t seed) const {
             for (std::size_t k = 0; k < exchange.far_directions; ++k) {
                 const BodyExchange::FarHit& hit = exchange.far[patch * exchange.far_directions + k];
                 if (hit.patch >= PatchHit::inner_side) continue;
-                const auto other = std::find_if(scene_.bodies.rbegin(), scene_.bodies.rend(),
-                                                [&](const PatchBody& b) { return hit.patch >= b.first; });
-                const BodyState& there = rays_.state(*other);
+                const PatchBody& other = scene_.bodies[scene_.body_of(hit.patch)];
+                const BodyState& there = rays_.state(other);
                 const Vec3 source = relative_rotation(there, here) *
-                                        other->receivers->patches()[hit.patch - other->first].centre_m +
+                                        other.receivers->patches()[hit.patch - other.first].centre_m +
                                     relative_origin(there, here, 0);
                 momentum[lane] =
                     momentum[lane] - hit.weight * brightness(hit.patch) * normalized(source - own.centre_m);
@@ -278,11 +274,10 @@ BodyReceivedLight Balance::light_of(std::size_t i, std::uint64_t seed) const {
     }
     out.radiosity_w_m2 = part(radiosity_);
     out.absorbed_w_m2.resize(values);
-    const std::size_t channels = direct.sun_share.size() / std::max<std::size_t>(patches, 1);
     for (std::size_t k = 0; k < values; ++k) {
         const std::size_t patch = k / bands_, b = k % bands_;
         const double factor = body.factor_of(patch, b, bands_);
-        double absorbed = sun[k] * (1 - factor * direct.sun_share[patch * channels + (channels > 1 ? b : 0)]);
+        double absorbed = sun[k] * (1 - factor * direct.reflected_share(patch, b));
         if (!direct.lamps.empty()) absorbed += direct.lamps[k] - direct.lamps_reflected[k];
         absorbed += (1 - factor * body.table->diffuse(b)) *
                     (near_[first + k] + far_[first + k] + caustic_w_m2(i, patch, b));

@@ -3,6 +3,7 @@
 
 #include "renderer/camera/aberration.hpp"
 #include "renderer/lights/sunlight.hpp"
+#include "renderer/materials/hemisphere.hpp"
 
 #include <oneapi/tbb/parallel_for.h>
 
@@ -87,13 +88,9 @@ private:
         const BodyState& own = rays_.state(mirror_);
         const scene::Sun& sun = rays_.scene().built->scene.sun;
         const Vec3 axis = normalized(own.sun_m);
-        Vec3 a, b;
-        orthonormal_basis(axis, a, b);
         Vec3s place;
-        for (int i = 0; i < packet_size; ++i) {
-            const double r = radius_m_ * std::sqrt(u[i]), turn = 2 * std::numbers::pi * v[i];
-            place.set(i, r * std::cos(turn) * a + r * std::sin(turn) * b);
-        }
+        for (int i = 0; i < packet_size; ++i)
+            place.set(i, radius_m_ * std::sqrt(u[i]) * around(axis, 0, v[i]));
         Vec3s to_sun;
         Doubles solid_angle;
         sample_sun(place, own.sun_m, sun, s, t, to_sun, solid_angle);
@@ -109,24 +106,17 @@ private:
 
     /// Within the cone of the mirror's bounding sphere.
     void aim_lamp(const Doubles& u, const Doubles& v, Photons& out) const {
-        const BodyState& own = rays_.state(mirror_);
         const auto number = static_cast<std::size_t>(lamp_);
         const scene::Lamp& lamp = rays_.scene().built->lighting.lamps[number];
-        const ApparentBody& from = rays_.row().lamps[number];
-        const Vec3 position = own.from_inertial * (from.position_at(0) - own.seen.position_at(0));
-        const Vec3 axis = own.from_inertial * rotate(from.pose.orientation, {0, 0, 1});
+        const auto [position, axis] = rays_.lamp(mirror_, number);
         const double distance = length(position);
         const bool outside = distance > 1.001 * radius_m_;
         const double sine = outside ? radius_m_ / distance : 1;
         const double height = outside ? 1 - std::sqrt(1 - sine * sine) : 2; // 1 - cosine of the cone
-        Vec3 a, b;
         const Vec3 towards = outside ? -position / distance : Vec3{0, 0, 1};
-        orthonormal_basis(towards, a, b);
         const double solid_angle = 2 * std::numbers::pi * height;
         for (int i = 0; i < packet_size; ++i) {
-            const double c = 1 - height * u[i], r = std::sqrt(std::max(0.0, 1 - c * c));
-            const double turn = 2 * std::numbers::pi * v[i];
-            const Vec3 d = r * std::cos(turn) * a + r * std::sin(turn) * b + c * towards;
+            const Vec3 d = around(towards, 1 - height * u[i], v[i]);
             out.rays.origin.set(i, position);
             out.rays.direction.set(i, d);
             out.power[i] = beam_share(lamp, dot(axis, d)) * solid_angle / static_cast<double>(photons_);

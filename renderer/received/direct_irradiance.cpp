@@ -24,12 +24,12 @@ public:
         const std::size_t patches = body.receivers->patches().size();
         bands_ = scene.bands;
         spectral_ = scene.built->bodies[static_cast<std::size_t>(body.index)].material->spectral();
-        channels_ = spectral_ ? bands_ : 1;
+        out.channels = spectral_ ? bands_ : 1;
         has_sun_ = scene.built->lighting.has_sun();
         out.area_m2.assign(patches, 0);
         out.sun.assign(patches, 0);
         out.lit_share.assign(patches, 0);
-        out.sun_share.assign(patches * channels_, 0);
+        out.sun_share.assign(patches * out.channels, 0);
         if (!scene.built->lighting.lamps.empty())
             out.lamps.assign(patches * bands_, 0), out.lamps_reflected.assign(patches * bands_, 0);
         for (const PatchBody& other : scene.bodies)
@@ -73,8 +73,8 @@ private:
     void finish(std::size_t patch) {
         const float area = out_.area_m2[patch];
         if (!(area > 0)) return;
-        for (std::size_t c = 0; c < channels_; ++c)
-            if (out_.sun[patch] > 0) out_.sun_share[patch * channels_ + c] /= out_.sun[patch];
+        for (std::size_t c = 0; c < out_.channels; ++c)
+            if (out_.sun[patch] > 0) out_.sun_share[patch * out_.channels + c] /= out_.sun[patch];
         out_.sun[patch] /= area;
         out_.lit_share[patch] /= area;
         for (std::size_t b = 0; b < bands_ && !out_.lamps.empty(); ++b) {
@@ -135,8 +135,8 @@ private:
             Reflected reflected;
             for (std::size_t b = 0; b < bands_; ++b) {
                 if (b == 0 || spectral_) reflected = body_.table->at(cosine, b);
-                if (b < channels_)
-                    out_.sun_share[patch * channels_ + b] += static_cast<float>(power * reflected.share);
+                if (b < out_.channels)
+                    out_.sun_share[patch * out_.channels + b] += static_cast<float>(power * reflected.share);
                 all += sun_w_m2_[b];
                 pressed = pressed + sun_w_m2_[b] * body_.factor_of(patch, b, bands_) *
                                         recoil(reflected, normal, d, cosine);
@@ -154,12 +154,9 @@ private:
     }
 
     std::uint64_t add_lamp(const PatchPoints& at, std::size_t number, Push& push) {
-        const BodyState& state = rays_.state(body_);
         const scene::Lamp& lamp = rays_.scene().built->lighting.lamps[number];
-        const ApparentBody& from = rays_.row().lamps[number];
         if (lamp.intensity_w_sr.empty()) return 0;
-        const Vec3 position = state.from_inertial * (from.position_at(0) - state.seen.position_at(0));
-        const Vec3 axis = state.from_inertial * rotate(from.pose.orientation, {0, 0, 1});
+        const auto [position, axis] = rays_.lamp(body_, number);
         RayPacket light;
         Doubles falloff;
         for (int i = 0; i < packet_size; ++i) {
@@ -198,7 +195,7 @@ private:
     const std::uint32_t points_;
     const std::uint64_t seed_;
     DirectIrradiance& out_;
-    std::size_t bands_ = 0, channels_ = 1;
+    std::size_t bands_ = 0;
     bool spectral_ = false, has_sun_ = false;
     std::vector<std::int32_t> others_;
 };

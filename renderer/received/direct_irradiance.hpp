@@ -13,12 +13,17 @@ namespace obscura::renderer {
 struct DirectIrradiance {
     std::vector<float> area_m2; ///< of the points: what sums are weighed by
     std::vector<float> sun;     ///< irradiance per irradiance of the Sun at 1 au
-    std::vector<float>
-        sun_share; ///< share of it that is reflected, before the factor; by channel if spectral
+    std::size_t channels = 1;   ///< bands of a spectral law; of others one counts for all
+    /// Share of it that is reflected, before the factor: [patch * channels + channel].
+    std::vector<float> sun_share;
     std::vector<float> lit_share;
     std::vector<float> lamps, lamps_reflected; ///< W/m2; empty: no lamps
     Push push;                                 ///< of the light and its first reflection, N and N m
     std::uint64_t rays = 0;
+
+    [[nodiscard]] double reflected_share(std::size_t patch, std::size_t band) const {
+        return sun_share[patch * channels + (channels > 1 ? band : 0)];
+    }
 };
 
 /// Gathers it from `points` points of each patch. `sun_w_m2`: irradiance at 1 au in each band.

@@ -17,12 +17,8 @@ namespace {
 
 /// Cosine-weighted directions about normals from two random numbers each.
 void directions_about(const Vec3s& normal, const Doubles& u, const Doubles& v, Vec3s& direction) {
-    for (int i = 0; i < packet_size; ++i) {
-        const Vec3 n = normal.lane(i), local = cosine_hemisphere(u[i], v[i]);
-        Vec3 a, b;
-        orthonormal_basis(n, a, b);
-        direction.set(i, local.x * a + local.y * b + local.z * n);
-    }
+    for (int i = 0; i < packet_size; ++i)
+        direction.set(i, around(normal.lane(i), std::sqrt(1 - u[i]), v[i]));
 }
 
 /// Traces what one body sees.

@@ -44,6 +44,12 @@ void read_textures(const BuiltBody& built, std::size_t bands, PatchBody& body) {
 
 } // namespace
 
+std::size_t PatchScene::body_of(std::size_t patch) const {
+    const auto next = std::upper_bound(bodies.begin(), bodies.end(), patch,
+                                       [](std::size_t p, const PatchBody& body) { return p < body.first; });
+    return static_cast<std::size_t>(next - bodies.begin()) - 1;
+}
+
 PatchScene make_patch_scene(const BuiltScene& built, std::size_t rows) {
     PatchScene out;
     out.built = &built;
@@ -68,6 +74,13 @@ PatchScene make_patch_scene(const BuiltScene& built, std::size_t rows) {
         out.bodies.push_back(std::move(body));
     }
     return out;
+}
+
+PatchRays::LampPlace PatchRays::lamp(const PatchBody& body, std::size_t number) const {
+    const BodyState& own = state(body);
+    const ApparentBody& lamp = row_.lamps[number];
+    return {own.from_inertial * (lamp.position_at(0) - own.seen.position_at(0)),
+            own.from_inertial * rotate(lamp.pose.orientation, {0, 0, 1})};
 }
 
 void PatchRays::occlude(const PatchBody& body, std::span<const std::int32_t> others, RayPacket& rays) const {

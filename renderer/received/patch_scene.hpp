@@ -42,6 +42,9 @@ struct PatchScene {
     std::size_t patches = 0;
     std::size_t bands = 0;
     bool mirrors = false;
+
+    /// Index among `bodies` of the body that has a patch, by its number among those of all bodies.
+    [[nodiscard]] std::size_t body_of(std::size_t patch) const;
 };
 
 [[nodiscard]] PatchScene make_patch_scene(const BuiltScene& built, std::size_t rows);
@@ -63,6 +66,11 @@ public:
     [[nodiscard]] const BodyState& state(const PatchBody& body) const {
         return row_.bodies[static_cast<std::size_t>(body.index)];
     }
+    /// Place and axis of one of the scene's lamps, in the frame of a body.
+    struct LampPlace {
+        Vec3 position_m, axis;
+    };
+    [[nodiscard]] LampPlace lamp(const PatchBody& body, std::size_t number) const;
     /// Switches off the rays (frame of `body`) that a body blocks before their `t_max`. `others`: built
     /// bodies that may, beside itself.
     void occlude(const PatchBody& body, std::span<const std::int32_t> others, RayPacket& rays) const;

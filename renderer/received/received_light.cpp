@@ -2,6 +2,7 @@
 #include "renderer/received/received_light.hpp"
 
 #include "core/error.hpp"
+#include "core/solar_spectrum.hpp"
 #include "core/text/suggestion.hpp"
 #include "renderer/camera/aberration.hpp"
 #include "renderer/passes/row_set_up.hpp"
@@ -27,9 +28,6 @@
 
 namespace obscura::renderer {
 namespace {
-
-/// Irradiance of the whole solar spectrum at 1 au, W/m2: ASTM E490-00a, integral from 0.1195 to 1000 um.
-constexpr double solar_constant_w_m2 = 1366.1;
 
 /// A scene as bodies are lit at one instant: nothing of what a camera sees later or elsewhere.
 scene::Scene at_one_instant(scene::Scene scene) {

@@ -46,76 +46,69 @@ struct TextureKeys {
 } // namespace
 
 void read_shape_model(const config::ReadTable& table, Body& body) {
-    const config::Member* const member = table.table()->find("shape");
-    if (member == nullptr || member->value.kind != config::Value::Kind::table) {
+    const bool own = models::read_model_table(
+        table, "shape", "shape",
+        [&](const config::Member& member, const config::Where& where, std::string& file) {
+            renderer::ModelShapeParameters p{models::defaults_of(models::load_model(file, "shape"))};
+            config::Keys keys = models::parameter_keys(p, &member.value);
+            for (config::Key& key : renderer::ellipsoid_keys(p))
+                keys.push_back(std::move(key));
+            keys.push_back(models::model_key(file));
+            (void)config::read_keys(member.value, where, keys, table.mistakes());
+            body.shape = std::move(p);
+        });
+    if (!own)
         table.refuse("shape", "a shape of your own has a table: write shape = { model = \"FILE.shp\" }");
-        return;
-    }
-    const config::Where where = table.where().in("shape");
-    (void)table.mistakes().collect([&] {
-        std::string file = models::model_file(member->value, where, "shape");
-        renderer::ModelShapeParameters p{models::defaults_of(models::load_model(file, "shape"))};
-        config::Keys keys = models::parameter_keys(p, &member->value);
-        for (config::Key& key : renderer::ellipsoid_keys(p))
-            keys.push_back(std::move(key));
-        keys.push_back(models::model_key(file));
-        (void)config::read_keys(member->value, where, keys, table.mistakes());
-        body.shape = std::move(p);
-    });
 }
 
 std::shared_ptr<const ModelTexture> read_texture_model(const config::ReadTable& table, std::string_view key) {
-    const config::Member* const member = table.table()->find(key);
-    if (member == nullptr || member->value.kind != config::Value::Kind::table) return nullptr;
-    const config::Where where = table.where().in(key);
     std::shared_ptr<const ModelTexture> read;
-    (void)table.mistakes().collect([&] {
-        std::string file = models::model_file(member->value, where, "texture");
-        ModelTexture texture{models::defaults_of(models::load_model(file, "texture"))};
-        const auto& parameters = texture.loaded->model->parameters();
-        texture.images.push_back({std::string(ModelTexture::own_image), ""});
-        for (const models::Parameter& p : parameters)
-            if (p.type == models::Type::texture && p.name != ModelTexture::own_image)
-                texture.images.push_back({std::string(p.name), ""});
-        config::Keys keys{models::model_key(file)};
-        for (ModelTexture::Image& image : texture.images)
-            keys.push_back(config::key(image.name, config::Path{&image.file, true, true})
-                               .help("Image that the texture reads"));
-        for (std::size_t i = 0; i < parameters.size(); ++i)
-            if (!parameters[i].global && parameters[i].type != models::Type::texture)
-                keys.push_back(models::parameter_key(texture, i, &member->value));
-        (void)config::read_keys(member->value, where, keys, table.mistakes());
-        std::erase_if(texture.images, [](const ModelTexture::Image& image) { return image.file.empty(); });
-        read = std::make_shared<ModelTexture>(std::move(texture));
-    });
+    (void)models::read_model_table(
+        table, key, "texture",
+        [&](const config::Member& member, const config::Where& where, std::string& file) {
+            ModelTexture texture{models::defaults_of(models::load_model(file, "texture"))};
+            const auto& parameters = texture.loaded->model->parameters();
+            texture.images.push_back({std::string(ModelTexture::own_image), ""});
+            for (const models::Parameter& p : parameters)
+                if (p.type == models::Type::texture && p.name != ModelTexture::own_image)
+                    texture.images.push_back({std::string(p.name), ""});
+            config::Keys keys{models::model_key(file)};
+            for (ModelTexture::Image& image : texture.images)
+                keys.push_back(config::key(image.name, config::Path{&image.file, true, true})
+                                   .help("Image that the texture reads"));
+            for (std::size_t i = 0; i < parameters.size(); ++i)
+                if (!parameters[i].global && parameters[i].type != models::Type::texture)
+                    keys.push_back(models::parameter_key(texture, i, &member.value));
+            (void)config::read_keys(member.value, where, keys, table.mistakes());
+            std::erase_if(texture.images,
+                          [](const ModelTexture::Image& image) { return image.file.empty(); });
+            read = std::make_shared<ModelTexture>(std::move(texture));
+        });
     return read;
 }
 
 void read_material_model(const config::ReadTable& table, Body& body) {
-    const config::Member* const member = table.table()->find("material");
-    if (member == nullptr || member->value.kind != config::Value::Kind::table) {
+    const bool own = models::read_model_table(
+        table, "material", "material",
+        [&](const config::Member& member, const config::Where& where, std::string& file) {
+            renderer::ModelMaterialParameters p = renderer::load_material_model(file);
+            const models::Model& model = *p.loaded->model;
+            const ParameterList parameters = declare(p, &member.value);
+            TextureKeys images(parameters, model);
+            config::Keys keys{models::model_key(file)};
+            for (const Parameter& parameter : parameters)
+                keys.push_back(parameter.key);
+            keys.insert(keys.end(), images.keys.begin(), images.keys.end());
+            const config::Given given = config::read_keys(member.value, where, keys, table.mistakes());
+            const config::ReadTable read(&member.value, member.at, where, given, table.mistakes());
+            add_parameter_textures(images.textures, body.textures, read);
+            for (const ParameterTexture& t : images.textures)
+                if (TextureKeys::is_texture(model, t.parameter) && !read.has(t.file_key))
+                    read.refuse_table("the image of the model's texture \"" + t.parameter + "\" is missing");
+            body.material = std::move(p);
+        });
+    if (!own)
         table.refuse("material", "a law of your own has a table: write material = { model = \"FILE.brdf\" }");
-        return;
-    }
-    const config::Where where = table.where().in("material");
-    (void)table.mistakes().collect([&] {
-        std::string file = models::model_file(member->value, where, "material");
-        renderer::ModelMaterialParameters p = renderer::load_material_model(file);
-        const models::Model& model = *p.loaded->model;
-        const ParameterList parameters = declare(p, &member->value);
-        TextureKeys images(parameters, model);
-        config::Keys keys{models::model_key(file)};
-        for (const Parameter& parameter : parameters)
-            keys.push_back(parameter.key);
-        keys.insert(keys.end(), images.keys.begin(), images.keys.end());
-        const config::Given given = config::read_keys(member->value, where, keys, table.mistakes());
-        const config::ReadTable read(&member->value, member->at, where, given, table.mistakes());
-        add_parameter_textures(images.textures, body.textures, read);
-        for (const ParameterTexture& t : images.textures)
-            if (TextureKeys::is_texture(model, t.parameter) && !read.has(t.file_key))
-                read.refuse_table("the image of the model's texture \"" + t.parameter + "\" is missing");
-        body.material = std::move(p);
-    });
 }
 
 } // namespace obscura::scene

@@ -7,6 +7,7 @@
 #include "core/text/printable.hpp"
 #include "core/text/suggestion.hpp"
 #include "host/command_line.hpp"
+#include "models/kinds/model_parameters.hpp"
 #include "models/model/entry_points.hpp"
 #include "tools/model/material_tools.hpp"
 #include "tools/model/motion_tools.hpp"
@@ -23,6 +24,19 @@
 #include <utility>
 
 namespace obscura::tools {
+
+double property_of(const models::Model& model, std::string_view name, double otherwise, double min,
+                   double max) {
+    for (const models::Property& p : model.properties()) {
+        if (p.name != name) continue;
+        if (!(p.value >= min && p.value <= max))
+            models::refuse(
+                model, p.at,
+                fmt::format("the property '{}' is {}: allowed is {}..{}", name, p.value, min, max));
+        return p.value;
+    }
+    return otherwise;
+}
 
 ModelCost cost_of(const models::Program& program, std::string why_interpreted) {
     return {program.cost(),       program.slots(), std::move(why_interpreted), program.instructions(), {},

@@ -46,6 +46,11 @@ struct ModelVerdict {
     std::string summary;               ///< of a sound one: "12 operations a sample, ..."
 };
 
+/// Value of a property that says in which camera a model is shown; `otherwise` if the text has none. Throws
+/// ConfigError if it is not from `min` to `max`.
+[[nodiscard]] double property_of(const models::Model& model, std::string_view name, double otherwise,
+                                 double min, double max);
+
 /// Numbers of the command line: arguments of the function that is evaluated, by name.
 using ModelPoint = std::map<std::string, double, std::less<>>;
 

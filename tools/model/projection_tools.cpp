@@ -60,27 +60,14 @@ scalar transmission(vec3 d)
 }}
 )";
 
-double camera_property(const models::Model& model, std::string_view name, double otherwise, double min,
-                       double max) {
-    for (const models::Property& p : model.properties()) {
-        if (p.name != name) continue;
-        if (!(p.value >= min && p.value <= max))
-            models::refuse(
-                model, p.at,
-                fmt::format("the property '{}' is {}: allowed is {}..{}", name, p.value, min, max));
-        return p.value;
-    }
-    return otherwise;
-}
-
 /// The camera that a model names by its properties.
 scene::Camera shown_camera(const models::ModelValues& p) {
     const models::Model& model = *p.loaded->model;
     scene::Camera camera;
-    camera.width = static_cast<std::int32_t>(camera_property(model, "width", 1024, 16, 65536));
-    camera.height = static_cast<std::int32_t>(camera_property(model, "height", 1024, 16, 65536));
-    camera.pixel_pitch_m = 1e-6 * camera_property(model, "pixel_pitch_um", 10, 0.1, 1000);
-    camera.focal_length_m = 1e-3 * camera_property(model, "focal_length_mm", 10, 0.1, 1e6);
+    camera.width = static_cast<std::int32_t>(property_of(model, "width", 1024, 16, 65536));
+    camera.height = static_cast<std::int32_t>(property_of(model, "height", 1024, 16, 65536));
+    camera.pixel_pitch_m = 1e-6 * property_of(model, "pixel_pitch_um", 10, 0.1, 1000);
+    camera.focal_length_m = 1e-3 * property_of(model, "focal_length_mm", 10, 0.1, 1e6);
     camera.projection = scene::Projection::model;
     camera.own_projection = p;
     return camera;

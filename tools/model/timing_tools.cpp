@@ -55,19 +55,6 @@ scalar read(scalar row, scalar exposure)
 
 constexpr double milli = 1e-3;
 
-double shown_property(const models::Model& model, std::string_view name, double otherwise, double min,
-                      double max) {
-    for (const models::Property& p : model.properties()) {
-        if (p.name != name) continue;
-        if (!(p.value >= min && p.value <= max))
-            models::refuse(
-                model, p.at,
-                fmt::format("the property '{}' is {}: allowed is {}..{}", name, p.value, min, max));
-        return p.value;
-    }
-    return otherwise;
-}
-
 /// A readout by the model, of the window that its properties name.
 struct ShownReadout {
     std::shared_ptr<const models::TimingProgram> timing;
@@ -77,10 +64,9 @@ struct ShownReadout {
     explicit ShownReadout(const models::ModelValues& p)
         : timing(std::make_shared<models::TimingProgram>(p.loaded->model, models::program_parameters(p))) {
         const models::Model& model = *p.loaded->model;
-        frame.columns = static_cast<std::int32_t>(shown_property(model, "width", 1024, 1, 65536));
-        frame.rows = static_cast<std::int32_t>(shown_property(model, "height", 1024, 1, 65536));
-        frame.exposure_ns =
-            std::llround(shown_property(model, "exposure_ms", 10, 1e-6, 1e6) * milli * ns_per_s);
+        frame.columns = static_cast<std::int32_t>(property_of(model, "width", 1024, 1, 65536));
+        frame.rows = static_cast<std::int32_t>(property_of(model, "height", 1024, 1, 65536));
+        frame.exposure_ns = std::llround(property_of(model, "exposure_ms", 10, 1e-6, 1e6) * milli * ns_per_s);
         settings.width = frame.columns;
         settings.height = frame.rows;
         settings.shutter = Shutter::model;

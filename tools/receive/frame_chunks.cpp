@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "host/frame_members.hpp"
 #include "images/writers/truth_table.hpp"
+#include "tools/scene/vector_json.hpp"
 #include "transports/gige/wire/chunk.hpp"
 
 #include <fmt/format.h>
@@ -105,10 +106,6 @@ std::string name_of(const BodyTruth& body) {
 
 using Json = nlohmann::ordered_json;
 
-Json vector_json(Vec3 v) {
-    return Json::array({v.x, v.y, v.z});
-}
-
 /// An entry by the names of columns, see docs/truth.md; what is not known is null.
 Json entry_json(const SceneTruth& truth, const TruthEntry& entry) {
     Json out = Json::object();
@@ -121,9 +118,8 @@ Json entry_json(const SceneTruth& truth, const TruthEntry& entry) {
 }
 
 Json pose_json(const Pose& pose, double age_s) {
-    const Quat& q = pose.orientation;
     return Json{{"position_m", vector_json(pose.position_m)},
-                {"attitude", Json::array({q.w, q.x, q.y, q.z})},
+                {"attitude", quaternion_json(pose.orientation)},
                 {"pose_age_s", age_s}};
 }
 

@@ -2,6 +2,7 @@
 #include "tools/scene/camera_file.hpp"
 
 #include "images/writers/raw.hpp"
+#include "tools/scene/vector_json.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -19,13 +20,6 @@ using Json = nlohmann::ordered_json;
 Json matrix(std::size_t rows, std::size_t columns, const std::vector<double>& row_major) {
     return {
         {"type_id", "opencv-matrix"}, {"rows", rows}, {"cols", columns}, {"dt", "d"}, {"data", row_major}};
-}
-
-Json vector(Vec3 v) {
-    return {v.x, v.y, v.z};
-}
-Json quaternion(Quat q) {
-    return {q.w, q.x, q.y, q.z};
 }
 
 /// OpenCV's function that projects as the camera does, and its coefficients.
@@ -81,8 +75,8 @@ Json frame_json(const scene::Camera* opencv, const CameraFileFrame& frame) {
     out["number"] = frame.number;
     out["time_s"] = frame.time_s;
     out["exposure_s"] = frame.exposure_s;
-    out["position_m"] = vector(truth.camera.position_m);
-    out["orientation_wxyz"] = quaternion(truth.camera.orientation);
+    out["position_m"] = vector_json(truth.camera.position_m);
+    out["orientation_wxyz"] = quaternion_json(truth.camera.orientation);
     if (opencv != nullptr) {
         const Mat3 r = to_matrix(conjugate(opencv_orientation(*opencv, truth.camera.orientation)));
         const Vec3 t = -(r * truth.camera.position_m);
@@ -91,13 +85,13 @@ Json frame_json(const scene::Camera* opencv, const CameraFileFrame& frame) {
                            r.m[2][1], r.m[2][2]});
         out["t"] = matrix(3, 1, {t.x, t.y, t.z});
     }
-    out["sun_position_m"] = vector(truth.sun_position_m);
+    out["sun_position_m"] = vector_json(truth.sun_position_m);
     out["bodies"] = Json::array();
     for (std::uint32_t i = 0; i < std::min<std::uint32_t>(truth.body_count, max_truth_bodies); ++i) {
         const BodyTruth& body = truth.bodies[i];
         out["bodies"].push_back({{"name", body.name.data()},
-                                 {"position_m", vector(body.pose.position_m)},
-                                 {"orientation_wxyz", quaternion(body.pose.orientation)}});
+                                 {"position_m", vector_json(body.pose.position_m)},
+                                 {"orientation_wxyz", quaternion_json(body.pose.orientation)}});
     }
     return out;
 }

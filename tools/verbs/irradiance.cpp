@@ -3,7 +3,6 @@
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
 #include "core/text/printable.hpp"
-#include "core/text/suggestion.hpp"
 #include "host/interrupt.hpp"
 #include "images/writers/raw.hpp"
 #include "renderer/received/received_light.hpp"
@@ -12,6 +11,7 @@
 #include "tools/irradiance/patch_table.hpp"
 #include "tools/scene/progress.hpp"
 #include "tools/scene/scene_time.hpp"
+#include "tools/scene/vector_json.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -29,10 +29,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using renderer::BodyReceivedLight;
 using renderer::ReceivedLight;
-
-Json force_json(Vec3 v) {
-    return {v.x, v.y, v.z};
-}
 
 class Irradiance final : public Verb {
 public:
@@ -92,11 +88,7 @@ public:
         if (!output_.empty() && series && file.extension() != ".csv")
             throw host::UsageError(fmt::format("obscura irradiance: --output {}: a series is written as .csv",
                                                printable(output_)));
-        if (!output_.empty() &&
-            std::find(endings.begin(), endings.end(), file.extension().string()) == endings.end())
-            throw host::UsageError(fmt::format("obscura irradiance: --output {}: the ending of its name: {}",
-                                               printable(output_),
-                                               allowed_words(file.extension().string(), endings)));
+        if (!output_.empty()) host::require_ending("obscura irradiance: --output", file, endings);
         if (series && json_)
             throw host::UsageError("obscura irradiance: --json prints one instant, not a series");
         scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
@@ -195,7 +187,6 @@ private:
             Json incident = Json::object();
             for (const auto& [cause, name] : enum_names(renderer::LightCause{}))
                 incident[std::string(name)] = body.sums.incident_w[static_cast<std::size_t>(cause)];
-            const Quat q = body.to_inertial;
             out["bodies"].push_back({{"name", body.name},
                                      {"patches", body.receivers->patches().size()},
                                      {"area_m2", body.receivers->area_m2()},
@@ -204,9 +195,9 @@ private:
                                      {"leaving_w", body.sums.leaving_w},
                                      {"emitted_w", body.sums.emitted_w},
                                      {"lit_area_m2", body.sums.lit_area_m2},
-                                     {"force_n", force_json(body.sums.force_n)},
-                                     {"torque_nm", force_json(body.sums.torque_nm)},
-                                     {"to_inertial", {q.w, q.x, q.y, q.z}}});
+                                     {"force_n", vector_json(body.sums.force_n)},
+                                     {"torque_nm", vector_json(body.sums.torque_nm)},
+                                     {"to_inertial", quaternion_json(body.to_inertial)}});
         }
         fmt::print("{}\n", out.dump(-1, ' ', false, Json::error_handler_t::replace));
     }

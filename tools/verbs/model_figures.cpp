@@ -139,9 +139,7 @@ public:
         std::vector<std::string_view> endings;
         for (const auto& [ending, what] : tools.plots)
             endings.push_back(ending);
-        if (std::find(endings.begin(), endings.end(), file.extension().string()) == endings.end())
-            throw host::UsageError(fmt::format("--output {}: the ending of its name: {}", printable(output_),
-                                               allowed_words(file.extension().string(), endings)));
+        host::require_ending("--output", file, endings);
         tools.plot(p, arguments_.title(), file);
         return exit_ok;
     }

@@ -283,7 +283,7 @@ TEST_CASE("heights over an ellipsoid are along the radius") {
     CHECK(report_on(program).doubtful_share == 0);
 }
 
-TEST_CASE("what is no body is refused, and what is doubtful is told") {
+TEST_CASE("a function without a surface is refused, and doubtful rays are reported") {
     CHECK_THROWS_WITH(shape("scalar outside(vec3 p) { return length(p) - 1; }"),
                       ContainsSubstring("body.shp:1:8: ") && ContainsSubstring("scalar bound_radius()"));
     CHECK_THROWS_WITH(shape(outside("length(p) - 1", -1)), ContainsSubstring("bound_radius() is -1 m"));

@@ -22,26 +22,6 @@ using Catch::Matchers::WithinAbs;
 
 namespace {
 
-/// A pixel is 100 urad.
-std::string scene_text(const std::string& vibration) {
-    return fmt::format(R"(
-[sun]
-position_m = [-1.5e11, 0, 0]
-[camera]
-width = 64
-height = 64
-pixel_pitch_um = 10
-focal_length_mm = 100
-aperture_mm = 10
-position_m = [0, 0, 0]
-boresight = [1, 0, 0]
-up = [0, 0, 1]
-psf_sigma_px = 0.7
-vibration = {}
-)",
-                       vibration);
-}
-
 constexpr std::string_view swing =
     "parameter a_urad 300;\nparameter rate_hz 40;\n"
     "vec3 rotation(scalar t) { return vec3(0, sin(2 * M_PI * rate_hz * t), 0) * (a_urad * 1e-6); }\n"
@@ -61,8 +41,10 @@ std::vector<float> exposed(const scene::Scene& scene, std::uint32_t threads) {
 TEST_CASE("a vibration turns and moves the camera in its own frame") {
     const SceneTexts folder;
     folder.write("swing.mot", std::string(swing));
-    const renderer::ScenePoses poses(folder.scene(scene_text("{ model = \"swing.mot\", a_urad = 500 }")));
-    const renderer::ScenePoses still(folder.scene(scene_text("{ model = \"swing.mot\", a_urad = 0 }")));
+    const renderer::ScenePoses poses(
+        folder.scene(vibrating_camera_text("{ model = \"swing.mot\", a_urad = 500 }")));
+    const renderer::ScenePoses still(
+        folder.scene(vibrating_camera_text("{ model = \"swing.mot\", a_urad = 0 }")));
     for (const double t : {0.0, 0.00625, 0.01, 1.237}) {
         const Pose camera = poses.camera(t), rest = still.camera(t);
         const double angle = 500e-6 * std::sin(2 * std::numbers::pi * 40 * t);
@@ -78,7 +60,7 @@ TEST_CASE("a vibration turns and moves the camera in its own frame") {
 TEST_CASE("jitter spreads a star by the variance of a sine, on any number of threads") {
     const SceneTexts folder;
     folder.write("swing.mot", std::string(swing));
-    scene::Scene scene = folder.scene(scene_text("{ model = \"swing.mot\" }"));
+    scene::Scene scene = folder.scene(vibrating_camera_text("{ model = \"swing.mot\" }"));
     scene.stars.push_back({0, 0, 2, 0.5});
     const std::vector<float> image = exposed(scene, 1);
     double sum = 0, x1 = 0, x2 = 0, y1 = 0, y2 = 0;
@@ -100,16 +82,17 @@ TEST_CASE("mistakes in a vibration are told with their places") {
     const SceneTexts folder;
     folder.write("nan.mot", "vec3 rotation(scalar t) { return vec3(sqrt(t - 500), 0, 0); }");
     folder.write("none.mot", "vec3 offset(scalar t) { return vec3(0, 0, 0); }");
-    CHECK_THAT(folder.refusal(scene_text("{ model = \"nan.mot\" }")),
+    CHECK_THAT(folder.refusal(vibrating_camera_text("{ model = \"nan.mot\" }")),
                ContainsSubstring("camera.vibration: ") &&
                    ContainsSubstring("nan.mot:1:6: rotation() is not finite at t = "));
-    CHECK_THAT(folder.refusal(scene_text("{ model = \"none.mot\" }")),
+    CHECK_THAT(folder.refusal(vibrating_camera_text("{ model = \"none.mot\" }")),
                ContainsSubstring("the function vec3 rotation(scalar t) is missing"));
-    CHECK_THAT(folder.refusal(scene_text("\"reaction-wheel\"")),
+    CHECK_THAT(folder.refusal(vibrating_camera_text("\"reaction-wheel\"")),
                ContainsSubstring("write vibration = { model = \"FILE.mot\" }"));
-    CHECK_THAT(folder.refusal(scene_text("{ model = \"reaction-wheel\", rate_hz = 1000 }")),
+    CHECK_THAT(folder.refusal(vibrating_camera_text("{ model = \"reaction-wheel\", rate_hz = 1000 }")),
                ContainsSubstring("camera.vibration.rate_hz: 1000"));
-    CHECK(folder.refusal(scene_text("{ model = \"reaction-wheel\", rate_hz = 60 }")) == "accepted");
+    CHECK(folder.refusal(vibrating_camera_text("{ model = \"reaction-wheel\", rate_hz = 60 }")) ==
+          "accepted");
 }
 
 } // namespace model_motion_test

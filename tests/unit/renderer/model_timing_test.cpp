@@ -29,23 +29,7 @@ constexpr int size = 64;
 constexpr double pixels_a_radian = 1e4;
 
 std::string scene_text(const std::string& shutter, const std::string& turn = "turn.mot") {
-    return fmt::format(R"(
-[sun]
-position_m = [-1.5e11, 0, 0]
-[camera]
-width = 64
-height = 64
-pixel_pitch_um = 10
-focal_length_mm = 100
-aperture_mm = 10
-position_m = [0, 0, 0]
-boresight = [1, 0, 0]
-up = [0, 0, 1]
-psf_sigma_px = 0.7
-vibration = {{ model = "{}" }}
-shutter = {}
-)",
-                       turn, shutter);
+    return vibrating_camera_text("{ model = \"" + turn + "\" }", "shutter = " + shutter + "\n");
 }
 
 constexpr const char* turn = "parameter across 4e-3;\nparameter down 1.5e-3;\n"

@@ -29,4 +29,24 @@ struct SceneTexts : TempFolder {
     }
 };
 
+/// A scene with a camera of 64 x 64 pixels of 100 urad that vibrates by a model. `more`: lines of its
+/// section.
+inline std::string vibrating_camera_text(const std::string& vibration, const std::string& more = {}) {
+    return R"(
+[sun]
+position_m = [-1.5e11, 0, 0]
+[camera]
+width = 64
+height = 64
+pixel_pitch_um = 10
+focal_length_mm = 100
+aperture_mm = 10
+position_m = [0, 0, 0]
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+psf_sigma_px = 0.7
+vibration = )" +
+           vibration + "\n" + more;
+}
+
 } // namespace obscura::test

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plans whose times are those of a model written in SuMoL.
+#include "has2.hpp"
 #include "models/kinds/timing_program.hpp"
 #include "models/model/model.hpp"
 #include "sensors/readout/sequencer.hpp"
@@ -18,6 +19,7 @@ using namespace obscura;
 using namespace obscura::sensors;
 using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::StartsWith;
+using test::has2;
 
 namespace {
 
@@ -29,14 +31,6 @@ timing_of(const std::string& text, models::NativeTarget target = models::native_
     return std::make_shared<models::TimingProgram>(std::move(model), parameters);
 }
 
-ReadoutSettings has2() {
-    ReadoutSettings s;
-    s.pixel_clock_hz = 5e6;
-    s.row_overhead_ns = 8000;
-    s.sample_instant_ns = 2000;
-    s.reset_instant_ns = 4000;
-    return s;
-}
 ReadoutSettings modelled(const std::string& text) {
     ReadoutSettings s = has2();
     s.shutter = Shutter::model;

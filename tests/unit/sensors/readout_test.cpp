@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "has2.hpp"
 #include "sensors/sensor.hpp"
 #include "tests/support/catch.hpp"
 
@@ -6,18 +7,9 @@ namespace readout_test {
 
 using namespace obscura;
 using namespace obscura::sensors;
+using test::has2;
 
 namespace {
-
-// The HAS2 at 5 MHz: 8 us of row overhead and 200 ns a pixel.
-ReadoutSettings has2() {
-    ReadoutSettings s;
-    s.pixel_clock_hz = 5e6;
-    s.row_overhead_ns = 8000;
-    s.sample_instant_ns = 2000;
-    s.reset_instant_ns = 4000;
-    return s;
-}
 
 ReadoutPlan planned(const ReadoutSettings& s, std::vector<WindowRequest> windows,
                     Time trigger = {1'000'000}) {

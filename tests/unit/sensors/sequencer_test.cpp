@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "has2.hpp"
 #include "sensors/readout/sequencer.hpp"
 #include "tests/support/catch.hpp"
 
@@ -6,17 +7,10 @@ namespace sequencer_test {
 
 using namespace obscura;
 using namespace obscura::sensors;
+using test::has2;
 
 namespace {
 
-ReadoutSettings chip() {
-    ReadoutSettings s;
-    s.pixel_clock_hz = 5e6;
-    s.row_overhead_ns = 8000;
-    s.sample_instant_ns = 2000;
-    s.reset_instant_ns = 4000;
-    return s;
-}
 constexpr std::int64_t row_ns = 212'800;
 
 } // namespace
@@ -25,31 +19,31 @@ TEST_CASE("a trigger during the readout waits for the row grid, one before that 
     ReadoutSequencer sequencer;
     ReadoutPlan plan;
     const WindowRequest window{{0, 0, 1024, 100}, 150 * row_ns - 2000};
-    REQUIRE(sequencer.next(chip(), {&window, 1}, Time{0}, plan) == TriggerVerdict::accepted);
+    REQUIRE(sequencer.next(has2(), {&window, 1}, Time{0}, plan) == TriggerVerdict::accepted);
     CHECK(plan.trigger.ns == 0);
     CHECK(plan.frame_period_ns == 150 * row_ns);
 
-    CHECK(sequencer.next(chip(), {&window, 1}, Time{150 * row_ns - 1}, plan) == TriggerVerdict::over_trigger);
+    CHECK(sequencer.next(has2(), {&window, 1}, Time{150 * row_ns - 1}, plan) == TriggerVerdict::over_trigger);
     CHECK(sequencer.over_triggers() == 1);
 
     // The rows of the first frame are read from 150 to 250 slots: in between the start is on the grid.
-    REQUIRE(sequencer.next(chip(), {&window, 1}, Time{200 * row_ns + 1}, plan) == TriggerVerdict::accepted);
+    REQUIRE(sequencer.next(has2(), {&window, 1}, Time{200 * row_ns + 1}, plan) == TriggerVerdict::accepted);
     CHECK(plan.trigger.ns == 201 * row_ns);
     CHECK((plan.windows[0].flags & trigger_deferred) != 0);
     CHECK(plan.rows[0].exposure_ns() == window.exposure_ns);
     // The frame period counts from there, not from the trigger.
-    CHECK(sequencer.next(chip(), {&window, 1}, Time{351 * row_ns - 1}, plan) == TriggerVerdict::over_trigger);
+    CHECK(sequencer.next(has2(), {&window, 1}, Time{351 * row_ns - 1}, plan) == TriggerVerdict::over_trigger);
 
     // After the last row the chip is idle and starts at once.
     const Time late{(201 + 300) * row_ns + 77};
-    REQUIRE(sequencer.next(chip(), {&window, 1}, late, plan) == TriggerVerdict::accepted);
+    REQUIRE(sequencer.next(has2(), {&window, 1}, late, plan) == TriggerVerdict::accepted);
     CHECK(plan.trigger == late);
     CHECK((plan.windows[0].flags & trigger_deferred) == 0);
     CHECK(sequencer.accepted() == 3);
 }
 
 TEST_CASE("without overlap the next exposure waits for the last row") {
-    ReadoutSettings s = chip();
+    ReadoutSettings s = has2();
     s.overlapped = false;
     ReadoutSequencer sequencer;
     ReadoutPlan plan;
@@ -60,7 +54,7 @@ TEST_CASE("without overlap the next exposure waits for the last row") {
 }
 
 TEST_CASE("a global shutter exposes during readout, from a row's start on") {
-    ReadoutSettings s = chip();
+    ReadoutSettings s = has2();
     s.shutter = Shutter::global;
     s.frame_overhead_ns = 1000;
     ReadoutSequencer sequencer;
@@ -76,7 +70,7 @@ TEST_CASE("a global shutter exposes during readout, from a row's start on") {
 }
 
 TEST_CASE("interleaved windows start at the sequencer's cycles") {
-    ReadoutSettings s = chip();
+    ReadoutSettings s = has2();
     s.window_mode = WindowMode::interleaved;
     s.blanking_rows = 5;
     ReadoutSequencer sequencer;
@@ -91,7 +85,7 @@ TEST_CASE("interleaved windows start at the sequencer's cycles") {
 }
 
 TEST_CASE("the first frame after a change keeps the starts of the old one, and says so") {
-    ReadoutSettings s = chip();
+    ReadoutSettings s = has2();
     s.stretch_blanking = false;
     ReadoutSequencer sequencer;
     ReadoutPlan plan;
@@ -118,7 +112,7 @@ TEST_CASE("impossible settings leave the sequencer as it was") {
     ReadoutSequencer sequencer;
     ReadoutPlan plan;
     const WindowRequest bad{{0, 0, 2000, 100}, 1'000'000};
-    CHECK(sequencer.next(chip(), {&bad, 1}, Time{0}, plan) == TriggerVerdict::refused);
+    CHECK(sequencer.next(has2(), {&bad, 1}, Time{0}, plan) == TriggerVerdict::refused);
     CHECK(!sequencer.reason().empty());
     CHECK(sequencer.accepted() == 0);
 }
