@@ -149,6 +149,7 @@ FrameLight PixelProbe::light_of(const ProbedFrame& frame) const {
         light.rows.push_back({frame.origin.shown.at(frame.origin.planned(row.reset)),
                               frame.origin.shown.at(frame.origin.planned(row.read))});
     light.common_mid = renderer::common_mid(light.rows);
+    if (readout_.shutter != Shutter::model) return light;
     if (const std::optional<sensors::ReadoutPlan> plan = plan_of(frame);
         plan && plan->pixel_timing != nullptr)
         for (std::size_t w = 0; w < light.windows.size(); ++w)
