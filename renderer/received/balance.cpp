@@ -52,7 +52,7 @@ Balance::Balance(const PatchRays& rays, std::span<const BodyExchange> exchange,
 }
 
 double Balance::caustic_w_m2(std::size_t i, std::size_t patch, std::size_t band) const {
-    const float area = direct_[i].area_m2[patch];
+    const double area = direct_[i].area_m2[patch];
     if (caustics_.power_w.empty() || !(area > 0)) return 0;
     return caustics_.power_w[(scene_.bodies[i].first + patch) * bands_ + band] / area;
 }
@@ -252,14 +252,14 @@ BodyReceivedLight Balance::light_of(std::size_t i, std::uint64_t seed) const {
     BodyReceivedLight out;
     out.bands = bands_;
     out.receivers = body.receivers;
-    out.lit_share = direct.lit_share;
+    out.lit_share.assign(direct.lit_share.begin(), direct.lit_share.end());
     out.to_inertial = rays_.state(body).seen.pose.orientation;
     auto& incident = out.incident_w_m2;
     auto& sun = incident[static_cast<std::size_t>(LightCause::sun)];
     sun.resize(values);
     for (std::size_t k = 0; k < values; ++k)
-        sun[k] = direct.sun[k / bands_] * static_cast<float>(sun_w_m2_[k % bands_]);
-    if (!direct.lamps.empty()) incident[static_cast<std::size_t>(LightCause::lamps)] = direct.lamps;
+        sun[k] = static_cast<float>(direct.sun[k / bands_] * sun_w_m2_[k % bands_]);
+    incident[static_cast<std::size_t>(LightCause::lamps)].assign(direct.lamps.begin(), direct.lamps.end());
     const auto part = [&](const std::vector<float>& all) {
         return std::vector<float>(all.begin() + static_cast<std::ptrdiff_t>(first),
                                   all.begin() + static_cast<std::ptrdiff_t>(first + values));

@@ -59,7 +59,7 @@ private:
             draw(seeds, 0, k, random);
             body_.receivers->points(packet, random[0], random[1], points_, at);
             for (std::size_t i = 0; i < at.count; ++i)
-                out_.area_m2[at.patch[i]] += static_cast<float>(at.area_m2.v[i]);
+                out_.area_m2[at.patch[i]] += at.area_m2.v[i];
             if (has_sun_) count += add_sun(at, random[2], random[3], push);
             for (std::size_t l = 0; l < rays_.scene().built->lighting.lamps.size(); ++l)
                 count += add_lamp(at, l, push);
@@ -71,7 +71,7 @@ private:
 
     /// Sums over points become means.
     void finish(std::size_t patch) {
-        const float area = out_.area_m2[patch];
+        const double area = out_.area_m2[patch];
         if (!(area > 0)) return;
         for (std::size_t c = 0; c < out_.channels; ++c)
             if (out_.sun[patch] > 0) out_.sun_share[patch * out_.channels + c] /= out_.sun[patch];
@@ -128,15 +128,14 @@ private:
             const Vec3 normal = at.surface.facet_normal.lane(lane), d = light.direction.lane(lane);
             const double cosine = dot(normal, d);
             const double power = radiance * solid_angle[lane] * cosine * at.area_m2[lane]; // per W/m2 at 1 au
-            out_.sun[patch] += static_cast<float>(power);
-            out_.lit_share[patch] += static_cast<float>(at.area_m2[lane]);
+            out_.sun[patch] += power;
+            out_.lit_share[patch] += at.area_m2[lane];
             Vec3 pressed{};
             double all = 0;
             Reflected reflected;
             for (std::size_t b = 0; b < bands_; ++b) {
                 if (b == 0 || spectral_) reflected = body_.table->at(cosine, b);
-                if (b < out_.channels)
-                    out_.sun_share[patch * out_.channels + b] += static_cast<float>(power * reflected.share);
+                if (b < out_.channels) out_.sun_share[patch * out_.channels + b] += power * reflected.share;
                 all += sun_w_m2_[b];
                 pressed = pressed + sun_w_m2_[b] * body_.factor_of(patch, b, bands_) *
                                         recoil(reflected, normal, d, cosine);
@@ -180,8 +179,8 @@ private:
             for (std::size_t b = 0; b < bands_; ++b) {
                 if (b == 0 || spectral_) reflected = body_.table->at(cosine, b);
                 const double w = power * lamp.intensity_w_sr[b], factor = body_.factor_of(patch, b, bands_);
-                out_.lamps[patch * bands_ + b] += static_cast<float>(w);
-                out_.lamps_reflected[patch * bands_ + b] += static_cast<float>(w * factor * reflected.share);
+                out_.lamps[patch * bands_ + b] += w;
+                out_.lamps_reflected[patch * bands_ + b] += w * factor * reflected.share;
                 pressed = pressed + w * (d + factor * recoil(reflected, normal, d, cosine));
             }
             push.add(at.surface.position.lane(lane), -1 / light_speed_m_s * pressed);

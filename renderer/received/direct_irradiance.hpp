@@ -11,14 +11,14 @@ namespace obscura::renderer {
 
 /// Direct light on a body. By patch; with bands [patch * bands + band].
 struct DirectIrradiance {
-    std::vector<float> area_m2; ///< of the points: what sums are weighed by
-    std::vector<float> sun;     ///< irradiance per irradiance of the Sun at 1 au
-    std::size_t channels = 1;   ///< bands of a spectral law; of others one counts for all
+    std::vector<double> area_m2; ///< of the points: what sums are weighed by
+    std::vector<double> sun;     ///< irradiance per irradiance of the Sun at 1 au
+    std::size_t channels = 1;    ///< bands of a spectral law; of others one counts for all
     /// Share of it that is reflected, before the factor: [patch * channels + channel].
-    std::vector<float> sun_share;
-    std::vector<float> lit_share;
-    std::vector<float> lamps, lamps_reflected; ///< W/m2; empty: no lamps
-    Push push;                                 ///< of the light and its first reflection, N and N m
+    std::vector<double> sun_share;
+    std::vector<double> lit_share;
+    std::vector<double> lamps, lamps_reflected; ///< W/m2; empty: no lamps
+    Push push;                                  ///< of the light and its first reflection, N and N m
     std::uint64_t rays = 0;
 
     [[nodiscard]] double reflected_share(std::size_t patch, std::size_t band) const {

@@ -35,6 +35,16 @@ scene::Scene at_one_instant(scene::Scene scene) {
     return scene;
 }
 
+/// Samples of a whole body at least: points with shadow rays, or directions to a body far away, and
+/// directions to surfaces nearby, by which its sums err by about 1 %.
+constexpr std::size_t min_body_points = 4096, min_body_directions = std::size_t{1} << 18;
+
+/// Samples of each patch of a body that takes at least so many in all.
+std::uint32_t samples_of_patch(std::uint32_t at_least, const Receivers& receivers, std::size_t min_body) {
+    const std::size_t patches = std::max<std::size_t>(receivers.patches().size(), 1);
+    return std::max(at_least, static_cast<std::uint32_t>((min_body + patches - 1) / patches));
+}
+
 RenderSettings render_settings(const ReceivedLightSettings& settings) {
     RenderSettings out;
     out.threads = settings.threads;
@@ -114,9 +124,13 @@ void ReceivedLightMap::Impl::trace(const PatchRays& rays) {
     std::size_t packets = 0, before = 0;
     for (const PatchBody& body : patches.bodies)
         packets += body.receivers->packets();
-    const std::uint32_t directions = settings.max_bounces > 0 ? settings.directions : 0;
-    const std::uint32_t far = settings.max_bounces > 0 ? settings.far_directions : 0;
     for (const PatchBody& body : patches.bodies) {
+        const Receivers& receivers = *body.receivers;
+        const bool bounces = settings.max_bounces > 0;
+        const std::uint32_t directions =
+            bounces ? samples_of_patch(settings.directions, receivers, min_body_directions) : 0;
+        const std::uint32_t far =
+            bounces ? samples_of_patch(settings.far_directions, receivers, min_body_points) : 0;
         exchange.push_back(trace_exchange(rays, body, directions, far, settings.seed, [&](std::size_t done) {
             return done % 64 != 0 || report(0.9 * static_cast<double>(before + done) /
                                             static_cast<double>(std::max(packets, std::size_t{1})));
@@ -135,7 +149,9 @@ ReceivedLight ReceivedLightMap::Impl::light(double time_s) {
     out.solar_share = solar_share;
     std::vector<DirectIrradiance> direct;
     for (const PatchBody& body : patches.bodies) {
-        direct.push_back(gather_direct(rays, body, sun_w_m2, settings.points, settings.seed));
+        direct.push_back(gather_direct(rays, body, sun_w_m2,
+                                       samples_of_patch(settings.points, *body.receivers, min_body_points),
+                                       settings.seed));
         out.rays += direct.back().rays;
     }
     const Caustics caustics = shoot_photons(rays, sun_w_m2, settings.photons, settings.seed,

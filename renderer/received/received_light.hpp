@@ -40,11 +40,12 @@ constexpr auto enum_names(LightCause /*type*/) {
                       EnumName{C::caustic, "caustic"}};
 }
 
-/// How finely light is gathered.
+/// How finely light is gathered. Bodies of few patches take more samples of each, so that their sums are no
+/// worse than those of meshes.
 struct ReceivedLightSettings {
-    std::uint32_t points = 1;          ///< of each patch, with a shadow ray to each light
-    std::uint32_t directions = 64;     ///< over the hemisphere of each patch, to surfaces nearby
-    std::uint32_t far_directions = 16; ///< from each patch to each body far away
+    std::uint32_t points = 1;          ///< of each patch at least, with a shadow ray to each light
+    std::uint32_t directions = 64;     ///< at least, over the hemisphere of each patch, to surfaces nearby
+    std::uint32_t far_directions = 16; ///< at least, from each patch to each body far away
     std::uint32_t max_bounces = 20;    ///< reflections by diffuse surfaces; 0: direct light only
     std::uint64_t photons = 4'000'000; ///< towards each mirror from each light; 0: no caustics
     std::size_t rows = 90;             ///< cells from pole to pole of bodies without facets

@@ -57,11 +57,11 @@ public:
         line.flag("--whole-spectrum", settings_.whole_spectrum,
                   "Divide the light of the whole solar spectrum among the bands");
         line.number("--points", &settings_.points, "N",
-                    "Points of each patch, with a shadow ray to each light", 1, 4096);
+                    "Points of each patch at least, with a shadow ray to each light", 1, 4096);
         line.number("--directions", &settings_.directions, "N",
-                    "Directions over the hemisphere of each patch, to surfaces nearby", 1, 65536);
+                    "Directions over the hemisphere of each patch at least, to surfaces nearby", 1, 65536);
         line.number("--far-directions", &settings_.far_directions, "N",
-                    "Directions from each patch to each body far away", 1, 65536);
+                    "Directions from each patch at least, to each body far away", 1, 65536);
         line.number("--bounces", &settings_.max_bounces, "N", "Most reflections; 0: direct light only", 0,
                     1000);
         line.number("--photons", &settings_.photons, "N",
